@@ -1,0 +1,77 @@
+//! Points become a G-buffer: splatting in three passes over a projection, hole filling and smoothing.
+
+use glam::{UVec2, Vec4};
+
+use crate::backend::Backend;
+use crate::camera::Pinhole;
+use crate::settings_group;
+
+settings_group! {
+    /// How points become a G-buffer.
+    pub struct SplatSettings in "splat" {
+        /// Half width of a splat. Below 1.2 random points leave holes; cost grows with its square.
+        /// At 1.5 seven discs cover a point of the surface on average, and one pixel in 1,100 stays empty.
+        size: f32 = 1.5, 0.1..=16.0, "x radius";
+        /// Depth by which a surfel may lie behind the nearest of its pixel and still be blended.
+        depth_tolerance: f32 = 2.0, 0.0..=100.0, "x radius";
+        /// How often holes are filled from the plane of their neighbours; each time closes one ring of pixels. 0 leaves them.
+        fill: u32 = 2, 0..=16, "rings";
+        /// Width of the joint bilateral Gaussian over the normals and depths of mirrors; 0 leaves them as splatted.
+        smooth: f32 = 0.0, 0.0..=8.0, "pixels";
+    }
+}
+
+/// How points are projected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projection {
+    /// Through a pinhole: the camera, a spot light.
+    Pinhole(Pinhole),
+}
+
+impl Projection {
+    /// Width and height, pixels.
+    pub fn size(&self) -> UVec2 {
+        match self {
+            Self::Pinhole(p) => p.size,
+        }
+    }
+}
+
+/// What is seen in each pixel: one surfel, blended from those that cover it.
+pub struct GBuffer<B: Backend + ?Sized> {
+    /// How it was projected; positions follow from the depth.
+    pub projection: Projection,
+    /// Unit normal towards the viewer (scene's frame), and depth along the axis; depth 0 where nothing is seen.
+    pub surface: B::Grid<Vec4>,
+    /// Linear RGB, 0 to 1, and mirror reflectance.
+    pub albedo: B::Grid<Vec4>,
+    /// Specular reflectance, shininess, radius (local spacing), and 1 where valid (0 where nothing is seen).
+    pub material: B::Grid<Vec4>,
+}
+
+/// The depth key of a pixel in which nothing is seen.
+pub const EMPTY: u32 = u32::MAX;
+
+/// Depth and class of a fragment as one integer that sorts by depth: the bits of the (positive) depth, of which the
+/// lowest says whether it is a mirror. Mirrors and other points never blend; the nearest decides the pixel's class.
+pub fn depth_key(depth: f32, mirror: bool) -> u32 {
+    depth.to_bits() & !1 | u32::from(mirror)
+}
+
+/// The depth of a key, and whether it is a mirror; `None` for [`EMPTY`].
+pub fn depth_from_key(key: u32) -> Option<(f32, bool)> {
+    (key != EMPTY).then(|| (f32::from_bits(key & !1), key & 1 == 1))
+}
+
+/// How many pixels of a G-buffer show something.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Coverage {
+    /// Pixels in all.
+    pub pixels: u64,
+    /// Pixels that a splat covers.
+    pub splatted: u64,
+    /// Pixels that show something after filling.
+    pub filled: u64,
+    /// Pixels that show a mirror's front, after filling.
+    pub mirror: u64,
+}

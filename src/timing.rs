@@ -1,0 +1,43 @@
+//! Time per pass. The name of a row is the pass's name everywhere: shader, twin, profile, report.
+
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+/// The time that one pass took.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PassTime {
+    /// The pass.
+    pub name: String,
+    /// Wall time, milliseconds.
+    pub wall_ms: f64,
+    /// Time on the device, milliseconds, where it can be measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gpu_ms: Option<f64>,
+}
+
+/// The times of the passes of a frame, in the order in which they first ran.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Timings {
+    /// A row per pass and use: "depth", "light_depth".
+    pub passes: Vec<PassTime>,
+}
+
+impl Timings {
+    /// Adds `wall` to the row `name`.
+    pub fn add(&mut self, name: &str, wall: Duration) {
+        let ms = wall.as_secs_f64() * 1e3;
+        match self.passes.iter_mut().find(|p| p.name == name) {
+            Some(pass) => pass.wall_ms += ms,
+            None => self.passes.push(PassTime { name: name.to_owned(), wall_ms: ms, gpu_ms: None }),
+        }
+    }
+
+    /// Runs `work` and adds its wall time to the row `name`.
+    pub fn time<R>(&mut self, name: &str, work: impl FnOnce() -> R) -> R {
+        let start = Instant::now();
+        let result = work();
+        self.add(name, start.elapsed());
+        result
+    }
+}
