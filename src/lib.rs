@@ -10,6 +10,7 @@ pub mod gi;
 pub mod grid;
 pub mod image;
 pub mod job;
+pub mod scene;
 pub mod settings;
 pub mod timing;
 
