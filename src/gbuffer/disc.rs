@@ -138,7 +138,7 @@ impl Disc {
         let along = normal.x * centre.x + normal.y * centre.y + normal.z * centre.z;
         let distance_squared = centre.x * centre.x + centre.y * centre.y + centre.z * centre.z;
         let cosine_squared = along * along / distance_squared;
-        if !(cosine_squared >= EDGE_ON_COSINE_SQUARED) {
+        if cosine_squared < EDGE_ON_COSINE_SQUARED || cosine_squared.is_nan() {
             return None;
         }
         let half = half_width(place.radius, centre.z, pinhole, settings);
