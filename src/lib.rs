@@ -14,6 +14,7 @@ pub mod job;
 pub mod measure;
 pub mod output;
 pub mod plan;
+pub mod reflect;
 pub mod renderer;
 pub mod scene;
 pub mod settings;

@@ -1,0 +1,40 @@
+//! Mirrors: what they show, found by searching the screen or by tracing rays.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{UVec2, Vec2, Vec3, Vec4};
+
+use crate::backend::Backend;
+
+pub mod sscr;
+
+/// From where a surface is seen: the camera, or, mirror bounce by mirror bounce, the mirror point of each pixel.
+pub enum Eye<B: Backend + ?Sized> {
+    /// One point, relative to the scene's origin.
+    Point(Vec3),
+    /// A point per pixel, relative to the scene's origin.
+    PerPixel(B::Grid<Vec4>),
+}
+
+/// The mirrors that a G-buffer shows: what a reflection method works on.
+pub struct Surface<B: Backend + ?Sized> {
+    /// Width and height, pixels.
+    pub size: UVec2,
+    /// Point on the mirror relative to the scene's origin; w is 1 on the front of a mirror, else 0.
+    pub point: B::Grid<Vec4>,
+    /// Unit normal, on the side of the eye; w is the local spacing of the mirror's points.
+    pub normal: B::Grid<Vec4>,
+    /// From where it is seen.
+    pub eye: Eye<B>,
+}
+
+/// A point of the cloud, and the mirror pixel that shows it.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Hit {
+    /// Index of the surfel.
+    pub point: u32,
+    /// Where it is seen, pixels (centres at + 0.5).
+    pub pixel: Vec2,
+    /// Distance from the mirror point, in the cloud's unit.
+    pub distance: f32,
+}
