@@ -1,1 +1,17 @@
-fn main(){}
+//! Every integration test, in one binary.
+
+mod analytic;
+mod evenness;
+mod generate;
+mod npz;
+mod oracle;
+
+use libtest_mimic::Arguments;
+
+fn main() {
+    let trials = [oracle::tests(), generate::tests()]
+        .into_iter()
+        .flatten()
+        .collect();
+    libtest_mimic::run(&Arguments::from_args(), trials).exit()
+}
