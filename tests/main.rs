@@ -1,1 +1,10 @@
-fn main(){}
+//! The integration tests, in one binary: a test whose data or device is missing is shown as ignored.
+
+mod output;
+
+use libtest_mimic::Arguments;
+
+fn main() {
+    let trials = [output::tests()].into_iter().flatten().collect();
+    libtest_mimic::run(&Arguments::from_args(), trials).exit();
+}

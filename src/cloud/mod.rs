@@ -2,8 +2,10 @@
 
 mod colour;
 mod facts;
+pub mod generate;
 mod guard;
 mod las;
+mod mesh;
 mod neighbours;
 mod normals;
 mod placed;
@@ -18,6 +20,7 @@ mod surfels;
 mod tint;
 
 pub use facts::{Bounds, CloudFacts, Facts};
+pub use mesh::{Faces, TriangleMesh};
 pub use neighbours::{NORMAL_NEIGHBOURS, SPACING_NEIGHBOURS};
 pub use ply_write::write_ply;
 pub use prepare::{Material, PlacedCloud, Prepared, prepare};
