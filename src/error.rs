@@ -73,6 +73,9 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 impl Error {
     /// A broken or unreadable point file.
     pub(crate) fn cloud(path: &Path, problem: impl Into<String>) -> Self {
-        Self::Cloud { path: path.to_owned(), problem: problem.into() }
+        Self::Cloud {
+            path: path.to_owned(),
+            problem: problem.into(),
+        }
     }
 }

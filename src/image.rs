@@ -46,9 +46,14 @@ impl TryFrom<String> for Background {
         if text == "transparent" {
             return Ok(Self::Transparent);
         }
-        let hex = text.strip_prefix('#').filter(|h| h.len() == 6).and_then(|h| u32::from_str_radix(h, 16).ok());
+        let hex = text
+            .strip_prefix('#')
+            .filter(|h| h.len() == 6)
+            .and_then(|h| u32::from_str_radix(h, 16).ok());
         hex.map(|h| Self::Colour([(h >> 16) as u8, (h >> 8) as u8, h as u8]))
-            .ok_or_else(|| format!("{text:?} is no background; write \"transparent\" or \"#rrggbb\""))
+            .ok_or_else(|| {
+                format!("{text:?} is no background; write \"transparent\" or \"#rrggbb\"")
+            })
     }
 }
 

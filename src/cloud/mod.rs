@@ -4,4 +4,6 @@ mod raw;
 mod surfels;
 
 pub use raw::{RawCloud, Repairs, UpAxis};
-pub use surfels::{Finish, MAX_SHININESS, Place, SHININESS_LOG_RANGE, Surfel, Surfels, shininess_from_log};
+pub use surfels::{
+    Finish, MAX_SHININESS, Place, SHININESS_LOG_RANGE, Surfel, Surfels, shininess_from_log,
+};

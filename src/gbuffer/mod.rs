@@ -1,5 +1,13 @@
 //! Points become a G-buffer: splatting in three passes over a projection, hole filling and smoothing.
 
+pub mod average;
+pub mod depth;
+pub mod disc;
+pub mod splat;
+pub mod tile;
+mod tiles;
+pub mod visibility;
+
 use glam::{UVec2, Vec4};
 
 use crate::backend::Backend;
