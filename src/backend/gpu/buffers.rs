@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use bytemuck::Pod;
 use glam::UVec2;
 
-use super::device::{Gpu, lock};
+use super::device::{Device, lock};
 use crate::cloud::{Finish, Place};
 use crate::error::{Error, Result};
 
@@ -30,7 +30,7 @@ const READ_BACK: wgpu::BufferUsages = wgpu::BufferUsages::MAP_READ.union(wgpu::B
 /// Buffers that no one uses at the moment, kept for the next frame.
 #[derive(Debug)]
 pub(super) struct Pool {
-    gpu: Arc<Gpu>,
+    device: Arc<Device>,
     free: Mutex<Vec<wgpu::Buffer>>,
 }
 
@@ -42,8 +42,8 @@ pub(super) struct Buffer {
 }
 
 impl Pool {
-    pub(super) fn new(gpu: Arc<Gpu>) -> Arc<Self> {
-        Arc::new(Self { gpu, free: Mutex::default() })
+    pub(super) fn new(device: Arc<Device>) -> Arc<Self> {
+        Arc::new(Self { device, free: Mutex::default() })
     }
 
     /// A buffer of at least `size` bytes for `what`; its content is left from its last use.
@@ -52,25 +52,25 @@ impl Pool {
         if let Some(buffer) = self.reuse(size, usage) {
             return Ok(self.lend(buffer));
         }
-        if size > self.gpu.limits.max_buffer_size {
-            return Err(Error::Memory { what: what.to_owned(), needed: size, budget: self.gpu.limits.max_buffer_size });
+        if size > self.device.limits.max_buffer_size {
+            return Err(Error::Memory { what: what.to_owned(), needed: size, budget: self.device.limits.max_buffer_size });
         }
-        if self.gpu.reserve(what, size).is_err() {
+        if self.device.reserve(what, size).is_err() {
             self.clear();
-            self.gpu.reserve(what, size)?;
+            self.device.reserve(what, size)?;
         }
-        let scope = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let scope = self.device.raw.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let descriptor = wgpu::BufferDescriptor { label: Some(what), size, usage, mapped_at_creation: false };
-        let buffer = self.gpu.device.create_buffer(&descriptor);
+        let buffer = self.device.raw.create_buffer(&descriptor);
         if pollster::block_on(scope.pop()).is_some() {
-            self.gpu.release(size);
+            self.device.release(size);
             return Err(Error::Memory {
                 what: what.to_owned(),
-                needed: self.gpu.memory_used() + size,
-                budget: self.gpu.memory_used(),
+                needed: self.device.memory_used() + size,
+                budget: self.device.memory_used(),
             });
         }
-        self.gpu.check().inspect_err(|_| self.gpu.release(size))?;
+        self.device.check().inspect_err(|_| self.device.release(size))?;
         Ok(self.lend(buffer))
     }
 
@@ -89,7 +89,7 @@ impl Pool {
     /// Frees every buffer that no one uses.
     pub(super) fn clear(&self) {
         for buffer in lock(&self.free).drain(..) {
-            self.gpu.release(buffer.size());
+            self.device.release(buffer.size());
             buffer.destroy();
         }
     }
@@ -114,41 +114,50 @@ impl Buffer {
 
     /// Writes `bytes` from `offset` on.
     pub(super) fn upload(&self, offset: u64, bytes: &[u8]) -> Result<()> {
-        let gpu = &self.pool.gpu;
+        let device = &self.pool.device;
         for (i, piece) in bytes.chunks(TRANSFER as usize).enumerate() {
-            gpu.queue.write_buffer(self.raw(), offset + i as u64 * TRANSFER, piece);
+            device.queue.write_buffer(self.raw(), offset + i as u64 * TRANSFER, piece);
             // Without a submission every piece would wait in a staging buffer of its own.
             if piece.len() as u64 == TRANSFER {
-                gpu.queue.submit([]);
-                gpu.wait()?;
+                device.queue.submit([]);
+                device.wait()?;
             }
         }
-        gpu.check()
+        device.check()
     }
 
-    /// Reads `size` bytes from the start.
-    fn download(&self, size: u64) -> Result<Vec<u8>> {
-        let (pool, gpu) = (&self.pool, &self.pool.gpu);
+    /// The first `size` bytes.
+    pub(super) fn first(&self, size: u64) -> Binding {
+        Binding { buffer: self.raw().clone(), offset: 0, size }
+    }
+
+    /// Reads the first `count` values.
+    pub(super) fn download<T: Pod>(&self, count: u64) -> Result<Vec<T>> {
+        Ok(bytemuck::pod_collect_to_vec(&self.read_back(count * size_of::<T>() as u64)?))
+    }
+
+    fn read_back(&self, size: u64) -> Result<Vec<u8>> {
+        let (pool, device) = (&self.pool, &self.pool.device);
         let mut bytes = Vec::with_capacity(size as usize);
         let staging = pool.take("reading back", size.min(TRANSFER), READ_BACK)?;
         while (bytes.len() as u64) < size {
             let piece = (size - bytes.len() as u64).min(TRANSFER);
-            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_buffer_to_buffer(self.raw(), bytes.len() as u64, staging.raw(), 0, piece);
-            gpu.queue.submit([encoder.finish()]);
-            read_mapped(gpu, staging.raw(), piece, |mapped| bytes.extend_from_slice(mapped))?;
+            device.queue.submit([encoder.finish()]);
+            read_mapped(device, staging.raw(), piece, |mapped| bytes.extend_from_slice(mapped))?;
         }
         Ok(bytes)
     }
 }
 
 /// Maps the first `size` bytes of a buffer, once everything submitted is done.
-pub(super) fn read_mapped(gpu: &Gpu, buffer: &wgpu::Buffer, size: u64, read: impl FnOnce(&[u8])) -> Result<()> {
+pub(super) fn read_mapped(device: &Device, buffer: &wgpu::Buffer, size: u64, read: impl FnOnce(&[u8])) -> Result<()> {
     let slice = buffer.slice(..size);
     let mapped = Arc::new(Mutex::new(None));
     let heard = Arc::clone(&mapped);
     slice.map_async(wgpu::MapMode::Read, move |result| *lock(&heard) = Some(result));
-    gpu.wait()?;
+    device.wait()?;
     let failed = |why: String| Error::Gpu(format!("what it drew cannot be read ({why})"));
     match lock(&mapped).take() {
         Some(Ok(())) => {}
@@ -207,9 +216,7 @@ impl<T: Pod> GpuGrid<T> {
     }
 
     pub(super) fn download(&self) -> Result<Cow<'static, [T]>> {
-        let size = u64::from(self.size.x) * u64::from(self.size.y) * size_of::<T>() as u64;
-        let bytes = self.buffer.download(size)?;
-        Ok(Cow::Owned(bytemuck::pod_collect_to_vec(&bytes)))
+        Ok(Cow::Owned(self.buffer.download(u64::from(self.size.x) * u64::from(self.size.y))?))
     }
 }
 
@@ -229,16 +236,12 @@ pub struct GpuPoints {
 
 impl PointBand {
     pub(super) fn places(&self) -> Binding {
-        binding::<Place>(&self.places, self.count)
+        self.places.first(u64::from(self.count) * size_of::<Place>() as u64)
     }
 
     pub(super) fn finishes(&self) -> Binding {
-        binding::<Finish>(&self.finishes, self.count)
+        self.finishes.first(u64::from(self.count) * size_of::<Finish>() as u64)
     }
-}
-
-fn binding<T>(buffer: &Buffer, count: u32) -> Binding {
-    Binding { buffer: buffer.raw().clone(), offset: 0, size: u64::from(count) * size_of::<T>() as u64 }
 }
 
 impl GpuPoints {

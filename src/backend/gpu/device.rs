@@ -41,8 +41,8 @@ struct Failure {
 
 /// An open graphics device.
 #[derive(Debug)]
-pub struct Gpu {
-    pub(super) device: wgpu::Device,
+pub struct Device {
+    pub(super) raw: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) limits: wgpu::Limits,
     info: wgpu::AdapterInfo,
@@ -56,7 +56,7 @@ pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Gpu {
+impl Device {
     /// Opens the best adapter of that choice.
     ///
     /// # Errors
@@ -121,7 +121,7 @@ impl Gpu {
         });
 
         let budget = options.memory_budget.or_else(|| software.then(free_memory));
-        Ok(Self { device, queue, limits, info, failure, budget, used: AtomicU64::new(0) })
+        Ok(Self { raw: device, queue, limits, info, failure, budget, used: AtomicU64::new(0) })
     }
 
     /// The adapter's name.
@@ -135,8 +135,8 @@ impl Gpu {
     }
 
     /// The device itself, for programs that share it.
-    pub fn device(&self) -> &wgpu::Device {
-        &self.device
+    pub fn raw(&self) -> &wgpu::Device {
+        &self.raw
     }
 
     /// What went wrong since the last call, if anything did.
@@ -157,7 +157,7 @@ impl Gpu {
     /// [`Error::Gpu`] where anything went wrong since the last call.
     pub fn wait(&self) -> Result<()> {
         // The driver interface panics where a device is lost while it waits; that is an error like any other here.
-        let waited = catch_unwind(AssertUnwindSafe(|| self.device.poll(wgpu::PollType::wait_indefinitely())));
+        let waited = catch_unwind(AssertUnwindSafe(|| self.raw.poll(wgpu::PollType::wait_indefinitely())));
         self.check()?;
         match waited {
             Ok(Ok(_)) => Ok(()),

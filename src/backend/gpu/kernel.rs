@@ -8,7 +8,7 @@ use bytemuck::Pod;
 use glam::UVec2;
 
 use super::buffers::{BINDING_ALIGNMENT, Binding, Pool, UNIFORM};
-use super::device::Gpu;
+use super::device::Device;
 use super::shaders::{SHARED, Shader, link};
 use super::stamps::Stamps;
 use crate::error::{Error, Result};
@@ -28,14 +28,14 @@ pub(super) struct Kernel {
 }
 
 impl Kernel {
-    fn new(gpu: &Gpu, shader: &Shader) -> Result<Self> {
+    fn new(device: &Device, shader: &Shader) -> Result<Self> {
         let source = link(shader.source, SHARED)?;
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        let module = device.raw.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(shader.name),
             source: wgpu::ShaderSource::Wgsl(source.into()),
         });
-        gpu.check()?;
-        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        device.check()?;
+        let pipeline = device.raw.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(shader.name),
             layout: None,
             module: &module,
@@ -46,9 +46,9 @@ impl Kernel {
             },
             cache: None,
         });
-        gpu.check()?;
+        device.check()?;
         let layout = pipeline.get_bind_group_layout(0);
-        gpu.check()?;
+        device.check()?;
         Ok(Self { pipeline, layout })
     }
 }
@@ -60,11 +60,11 @@ pub(super) struct Kernels {
 }
 
 impl Kernels {
-    pub(super) fn get(&mut self, gpu: &Gpu, shader: &Shader) -> Result<Arc<Kernel>> {
+    pub(super) fn get(&mut self, device: &Device, shader: &Shader) -> Result<Arc<Kernel>> {
         if let Some(kernel) = self.built.get(shader.name) {
             return Ok(Arc::clone(kernel));
         }
-        let kernel = Arc::new(Kernel::new(gpu, shader)?);
+        let kernel = Arc::new(Kernel::new(device, shader)?);
         self.built.insert(shader.name, Arc::clone(&kernel));
         Ok(kernel)
     }
@@ -95,17 +95,20 @@ struct Dispatch {
     uniform: u64,
     bindings: Vec<Binding>,
     groups: UVec2,
+    /// Cleared to zero before it runs.
+    zeroed: Vec<Binding>,
 }
 
 /// A pass: dispatches that run one after the other under one name. Each is a submission of its own, so that none keeps
 /// the device so long that the system takes it for hung.
 pub(super) struct Pass<'a> {
     name: &'a str,
-    gpu: &'a Gpu,
+    device: &'a Device,
     pool: &'a Arc<Pool>,
     stamps: Option<&'a Stamps>,
     uniforms: Vec<u8>,
     dispatches: Vec<Dispatch>,
+    zeroed: Vec<Binding>,
 }
 
 /// A dispatch while its bindings are listed, in the order of the shader's.
@@ -115,8 +118,13 @@ pub(super) struct Compute<'p, 'a> {
 }
 
 impl<'a> Pass<'a> {
-    pub(super) fn new(name: &'a str, gpu: &'a Gpu, pool: &'a Arc<Pool>, stamps: Option<&'a Stamps>) -> Self {
-        Self { name, gpu, pool, stamps, uniforms: Vec::new(), dispatches: Vec::new() }
+    pub(super) fn new(name: &'a str, device: &'a Device, pool: &'a Arc<Pool>, stamps: Option<&'a Stamps>) -> Self {
+        Self { name, device, pool, stamps, uniforms: Vec::new(), dispatches: Vec::new(), zeroed: Vec::new() }
+    }
+
+    /// Clears part of a buffer to zero before the next dispatch.
+    pub(super) fn zero(&mut self, part: Binding) {
+        self.zeroed.push(part);
     }
 
     /// Begins a dispatch; binding 0 is its `params`.
@@ -125,7 +133,7 @@ impl<'a> Pass<'a> {
         self.uniforms.extend_from_slice(bytemuck::bytes_of(params));
         let padded = self.uniforms.len().next_multiple_of(BINDING_ALIGNMENT as usize);
         self.uniforms.resize(padded, 0);
-        let dispatch = Dispatch { kernel: Arc::clone(kernel), uniform, bindings: Vec::new(), groups: UVec2::ZERO };
+        let dispatch = Dispatch { kernel: Arc::clone(kernel), uniform, bindings: Vec::new(), groups: UVec2::ZERO, zeroed: std::mem::take(&mut self.zeroed) };
         Compute { pass: self, dispatch }
     }
 
@@ -133,7 +141,7 @@ impl<'a> Pass<'a> {
     pub(super) fn finish(self, timings: &mut Timings) -> Result<()> {
         let start = Instant::now();
         if self.dispatches.is_empty() {
-            return self.gpu.check();
+            return self.device.check();
         }
         let uniforms = self.pool.take(self.name, self.uniforms.len() as u64, UNIFORM)?;
         uniforms.upload(0, &self.uniforms)?;
@@ -142,7 +150,10 @@ impl<'a> Pass<'a> {
             let end = if i == last { self.uniforms.len() as u64 } else { self.dispatches[i + 1].uniform };
             let bind_group = self.bind(dispatch, uniforms.raw(), end - dispatch.uniform);
             let descriptor = wgpu::CommandEncoderDescriptor { label: Some(self.name) };
-            let mut encoder = self.gpu.device.create_command_encoder(&descriptor);
+            let mut encoder = self.device.raw.create_command_encoder(&descriptor);
+            for part in &dispatch.zeroed {
+                encoder.clear_buffer(&part.buffer, part.offset, Some(part.size));
+            }
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(self.name),
                 timestamp_writes: self.stamps.and_then(|s| s.writes(i == 0, i == last)),
@@ -154,12 +165,12 @@ impl<'a> Pass<'a> {
             if let (Some(stamps), true) = (self.stamps, i == last) {
                 stamps.resolve(&mut encoder);
             }
-            self.gpu.queue.submit([encoder.finish()]);
+            self.device.queue.submit([encoder.finish()]);
         }
-        self.gpu.wait()?;
+        self.device.wait()?;
         timings.add(self.name, start.elapsed());
         if let Some(stamps) = self.stamps {
-            timings.add_gpu(self.name, stamps.elapsed_ms(self.gpu)?);
+            timings.add_gpu(self.name, stamps.elapsed_ms(self.device)?);
         }
         Ok(())
     }
@@ -175,7 +186,7 @@ impl<'a> Pass<'a> {
             .enumerate()
             .map(|(i, resource)| wgpu::BindGroupEntry { binding: i as u32, resource })
             .collect();
-        self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        self.device.raw.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(self.name),
             layout: &dispatch.kernel.layout,
             entries: &entries,
@@ -198,7 +209,7 @@ impl Compute<'_, '_> {
     /// Lists the dispatch.
     pub(super) fn dispatch(mut self, threads: Threads) -> Result<()> {
         let groups = threads.groups();
-        if groups.max_element() > self.pass.gpu.limits.max_compute_workgroups_per_dimension {
+        if groups.max_element() > self.pass.device.limits.max_compute_workgroups_per_dimension {
             return Err(Error::Gpu(format!("the pass {:?} is too large", self.pass.name)));
         }
         if groups.min_element() > 0 {

@@ -1,8 +1,12 @@
 //! The table of shaders, and the linker that puts `#import`s into them.
 
+use super::kernel::{PIXEL_GROUP, POINT_GROUP};
 use super::layout::{GpuStruct, Layout};
+use super::splat::{ClearParams, SplatParams};
 use crate::camera::Pinhole;
+use crate::cloud::SHININESS_LOG_RANGE;
 use crate::error::{Error, Result};
+use crate::gbuffer::disc::{BOUNDS_SLACK, EDGE_ON_COSINE_SQUARED, MAX_TOLERANCE_SLOPE, MIN_HALF_WIDTH};
 
 /// One kernel's source. Its name is the file's, the label in a profile and the row in the report.
 #[derive(Debug, Clone, Copy)]
@@ -15,14 +19,64 @@ pub struct Shader {
     pub constants: &'static [(&'static str, f64)],
 }
 
+macro_rules! shader {
+    ($(#[doc = $doc:literal])* $const:ident = $name:literal, $constants:expr) => {
+        $(#[doc = $doc])*
+        pub const $const: Shader = Shader {
+            name: $name,
+            source: include_str!(concat!("../../../shaders/", $name, ".wgsl")),
+            constants: $constants,
+        };
+    };
+}
+
+macro_rules! shared {
+    ($($name:literal),*) => {
+        &[$(($name, include_str!(concat!("../../../shaders/shared/", $name, ".wgsl")))),*]
+    };
+}
+
+const POINT: (&str, f64) = ("POINT_GROUP", POINT_GROUP as f64);
+const PIXEL: (&str, f64) = ("PIXEL_GROUP", PIXEL_GROUP as f64);
+
+/// Constants of `shared/disc.wgsl`, and the workgroup.
+const DISC: &[(&str, f64)] = &[
+    POINT,
+    ("EDGE_ON_COSINE_SQUARED", EDGE_ON_COSINE_SQUARED as f64),
+    ("MAX_TOLERANCE_SLOPE", MAX_TOLERANCE_SLOPE as f64),
+    ("MIN_HALF_WIDTH", MIN_HALF_WIDTH as f64),
+    ("BOUNDS_SLACK", BOUNDS_SLACK as f64),
+];
+
+shader! {
+    /// Sets depth keys to "nothing seen".
+    CLEAR = "clear", &[PIXEL]
+}
+shader! {
+    /// The nearest fragment of every pixel, and how many there are.
+    DEPTH = "depth", DISC
+}
+shader! {
+    /// The nearest fragment of every texel of a light's map.
+    LIGHT_DEPTH = "light_depth", DISC
+}
+shader! {
+    /// Sums the attributes of the visible fragments.
+    VISIBILITY = "visibility", DISC
+}
+shader! {
+    /// Turns sums into the one surfel that a pixel shows.
+    AVERAGE = "average", &[PIXEL, ("SHININESS_LOG_RANGE", SHININESS_LOG_RANGE as f64)]
+}
+
 /// What shaders import: name and text.
-pub const SHARED: &[(&str, &str)] = &[];
+pub const SHARED: &[(&str, &str)] = shared!["depth_key", "disc", "pinhole", "splat", "surfel"];
 
 /// Every kernel there is.
-pub const SHADERS: &[Shader] = &[];
+pub const SHADERS: &[Shader] = &[CLEAR, DEPTH, LIGHT_DEPTH, VISIBILITY, AVERAGE];
 
 /// Every struct that a shader and Rust both see.
-pub const LAYOUTS: &[Layout] = &[Pinhole::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[Pinhole::LAYOUT, SplatParams::LAYOUT, ClearParams::LAYOUT];
 
 /// Puts the files of `shaders/shared` in the place of the `#import` lines that name them, each once.
 ///

@@ -1,7 +1,7 @@
 //! Time on the device: a stamp at the start of a pass and one at its end.
 
 use super::buffers::read_mapped;
-use super::device::Gpu;
+use super::device::Device;
 use crate::error::Result;
 
 /// Two stamps of 64 bits.
@@ -19,12 +19,12 @@ pub(super) struct Stamps {
 
 impl Stamps {
     /// `None` where the device takes no stamps.
-    pub(super) fn new(gpu: &Gpu) -> Option<Self> {
-        if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+    pub(super) fn new(device: &Device) -> Option<Self> {
+        if !device.raw.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
             return None;
         }
         let buffer = |usage| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            device.raw.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("timestamps"),
                 size: BYTES,
                 usage,
@@ -32,14 +32,14 @@ impl Stamps {
             })
         };
         Some(Self {
-            queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+            queries: device.raw.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("timestamps"),
                 ty: wgpu::QueryType::Timestamp,
                 count: 2,
             }),
             resolved: buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
             readable: buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST),
-            tick: f64::from(gpu.queue.get_timestamp_period()) * 1e-6,
+            tick: f64::from(device.queue.get_timestamp_period()) * 1e-6,
         })
     }
 
@@ -59,9 +59,9 @@ impl Stamps {
     }
 
     /// Milliseconds from the first stamp to the last.
-    pub(super) fn elapsed_ms(&self, gpu: &Gpu) -> Result<f64> {
+    pub(super) fn elapsed_ms(&self, device: &Device) -> Result<f64> {
         let mut ticks = 0;
-        read_mapped(gpu, &self.readable, BYTES, |bytes| {
+        read_mapped(device, &self.readable, BYTES, |bytes| {
             let stamps: Vec<u64> = bytemuck::pod_collect_to_vec(bytes);
             if let [start, end] = stamps[..] {
                 ticks = u64::saturating_sub(end, start);
