@@ -3,16 +3,22 @@
 pub mod average;
 pub mod depth;
 pub mod disc;
+pub mod edl;
+pub mod fill;
+pub mod smooth;
 pub mod splat;
 pub mod tile;
 mod tiles;
 pub mod visibility;
 
-use glam::{UVec2, Vec4};
+use glam::{UVec2, Vec2, Vec3, Vec4};
 
 use crate::backend::Backend;
+use crate::backend::cpu::Cpu;
 use crate::camera::Pinhole;
+use crate::grid::Grid;
 use crate::settings_group;
+use average::Pixel;
 
 settings_group! {
     /// How points become a G-buffer.
@@ -29,32 +35,66 @@ settings_group! {
     }
 }
 
-/// How points are projected.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Projection {
-    /// Through a pinhole: the camera, a spot light.
-    Pinhole(Pinhole),
-}
-
-impl Projection {
-    /// Width and height, pixels.
-    pub fn size(&self) -> UVec2 {
-        match self {
-            Self::Pinhole(p) => p.size,
-        }
-    }
-}
-
 /// What is seen in each pixel: one surfel, blended from those that cover it.
 pub struct GBuffer<B: Backend + ?Sized> {
     /// How it was projected; positions follow from the depth.
-    pub projection: Projection,
+    pub pinhole: Pinhole,
     /// Unit normal towards the viewer (scene's frame), and depth along the axis; depth 0 where nothing is seen.
     pub surface: B::Grid<Vec4>,
     /// Linear RGB, 0 to 1, and mirror reflectance.
     pub albedo: B::Grid<Vec4>,
-    /// Specular reflectance, shininess, radius (local spacing), and 1 where valid (0 where nothing is seen).
+    /// Specular reflectance, shininess, radius (local spacing), and validity: 0 where nothing is seen, 1 where splatted,
+    /// 1 + k where filled in ring k.
     pub material: B::Grid<Vec4>,
+}
+
+impl GBuffer<Cpu> {
+    /// A G-buffer in which nothing is seen.
+    pub fn empty(pinhole: Pinhole) -> Self {
+        let grid = || Grid::new(pinhole.size, Vec4::ZERO);
+        Self {
+            pinhole,
+            surface: grid(),
+            albedo: grid(),
+            material: grid(),
+        }
+    }
+
+    /// Width and height, pixels.
+    pub fn size(&self) -> UVec2 {
+        self.pinhole.size
+    }
+
+    /// What column `x`, row `y` shows; `None` outside and where nothing is seen.
+    pub fn at(&self, x: i32, y: i32) -> Option<Pixel> {
+        let (x, y) = (usize::try_from(x).ok()?, usize::try_from(y).ok()?);
+        let material = *self.material.get(x, y)?;
+        (material.w > 0.0).then_some(Pixel {
+            surface: *self.surface.get(x, y)?,
+            albedo: *self.albedo.get(x, y)?,
+            material,
+        })
+    }
+
+    /// The ray through the centre of column `x`, row `y`, scaled to 1 along the axis.
+    pub fn direction(&self, x: i32, y: i32) -> Vec3 {
+        self.pinhole
+            .direction(Vec2::new(x as f32 + 0.5, y as f32 + 0.5))
+    }
+
+    /// Replaces pixels, by index.
+    fn put(&mut self, changed: impl IntoIterator<Item = (usize, Pixel)>) {
+        for (i, pixel) in changed {
+            self.surface.values_mut()[i] = pixel.surface;
+            self.albedo.values_mut()[i] = pixel.albedo;
+            self.material.values_mut()[i] = pixel.material;
+        }
+    }
+}
+
+/// Column and row of the value `index` of a picture `width` wide.
+pub(crate) fn column_row(index: usize, width: usize) -> (i32, i32) {
+    ((index % width) as i32, (index / width) as i32)
 }
 
 /// The depth key of a pixel in which nothing is seen.

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use glam::{UVec2, Vec4};
+use glam::UVec2;
 use rayon::prelude::*;
 
 use super::average::average;
@@ -12,7 +12,8 @@ use super::disc::{Disc, PixelRect, loose_bounds};
 use super::tile::Tile;
 use super::tiles::Tiles;
 use super::visibility::{Sums, visibility};
-use super::{EMPTY, SplatSettings};
+use super::{EMPTY, GBuffer, SplatSettings};
+use crate::backend::cpu::Cpu;
 use crate::camera::Pinhole;
 use crate::cloud::Surfels;
 use crate::grid::Grid;
@@ -22,17 +23,6 @@ use crate::timing::Timings;
 #[derive(Debug, Default)]
 pub struct Splatter {
     tiles: Tiles,
-}
-
-/// A G-buffer's three grids; see [`super::GBuffer`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct Pixels {
-    /// Normal and depth.
-    pub surface: Grid<Vec4>,
-    /// Linear RGB and mirror reflectance.
-    pub albedo: Grid<Vec4>,
-    /// Specular reflectance, shininess, radius, valid.
-    pub material: Grid<Vec4>,
 }
 
 /// What passes `depth` and `visibility` leave, for comparing backends.
@@ -84,12 +74,8 @@ impl Splatter {
         pinhole: &Pinhole,
         settings: &SplatSettings,
         timings: &mut Timings,
-    ) -> Pixels {
-        let mut pixels = Pixels {
-            surface: Grid::new(pinhole.size, Vec4::ZERO),
-            albedo: Grid::new(pinhole.size, Vec4::ZERO),
-            material: Grid::new(pinhole.size, Vec4::ZERO),
-        };
+    ) -> GBuffer<Cpu> {
+        let mut gbuffer = GBuffer::empty(*pinhole);
         let view = View {
             surfels,
             pinhole,
@@ -99,9 +85,9 @@ impl Splatter {
         let (spent, start) = (Spent::default(), Instant::now());
         let (strip, width) = self.strip(pinhole.size);
         let strips = (
-            pixels.surface.values_mut().par_chunks_mut(strip),
-            pixels.albedo.values_mut().par_chunks_mut(strip),
-            pixels.material.values_mut().par_chunks_mut(strip),
+            gbuffer.surface.values_mut().par_chunks_mut(strip),
+            gbuffer.albedo.values_mut().par_chunks_mut(strip),
+            gbuffer.material.values_mut().par_chunks_mut(strip),
         );
         self.for_each_tile(
             view,
@@ -125,7 +111,7 @@ impl Splatter {
             },
         );
         share(timings, start.elapsed(), &spent);
-        pixels
+        gbuffer
     }
 
     /// Pass `depth` alone: the key of every pixel.
