@@ -36,7 +36,9 @@ impl View {
     /// Distance from a light to the farthest corner of the scene, a little more.
     fn reach(&self, light: &SpotLight) -> f32 {
         let (min, max) = self.bounds;
-        let farthest = (light.position - min).abs().max((light.position - max).abs());
+        let farthest = (light.position - min)
+            .abs()
+            .max((light.position - max).abs());
         (farthest.length() * 1.01).max(f32::MIN_POSITIVE * 1e10)
     }
 }
@@ -65,7 +67,10 @@ pub fn frame<B: Backend>(
         let mut lights = Vec::with_capacity(view.lights.len());
         for light in &view.lights {
             let map = light.pinhole(settings.gi.light_map_size, view.reach(light));
-            lights.push(LitBy { light: *light, map: backend.light_map(points, &map, &settings.splat)? });
+            lights.push(LitBy {
+                light: *light,
+                map: backend.light_map(points, &map, &settings.splat)?,
+            });
             job.check()?;
         }
         backend.shade(&gbuffer, &lights, &settings.gi)?
@@ -73,5 +78,9 @@ pub fn frame<B: Backend>(
         backend.edl(&gbuffer, &settings.image)?
     };
     job.check()?;
-    Ok(Frame { gbuffer, coverage, radiance })
+    Ok(Frame {
+        gbuffer,
+        coverage,
+        radiance,
+    })
 }

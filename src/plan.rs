@@ -72,33 +72,69 @@ impl Plan {
         let lights = count(facts.lights as u64, "light");
         let rows = vec![
             (Stage::Splat, run(count(facts.points, "point"))),
-            (Stage::Fill, match settings.splat.fill {
-                0 => skip("splat.fill is 0"),
-                rings => run(format!("holes up to {} wide", count(u64::from(rings) * 2, "pixel"))),
-            }),
-            (Stage::Smooth, match (facts.mirror_points, settings.splat.smooth) {
-                (0, _) => skip("no point is a mirror"),
-                (_, 0.0) => skip("splat.smooth is 0"),
-                (n, _) => State::IfMirrorSeen(count(n, "mirror point")),
-            }),
-            (Stage::LightDepth, if facts.lights > 0 { run(lights.clone()) } else { skip("no light") }),
-            (Stage::Shade, if facts.lights > 0 { run(lights) } else { skip("no light") }),
-            (Stage::Edl, match (facts.lights, settings.image.edl_strength) {
-                (0, 0.0) => run("no light: the albedo as it is, image.edl_strength being 0".into()),
-                (0, _) => run("no light: the albedo, shaded by depth".into()),
-                _ => skip("the scene has a light"),
-            }),
+            (
+                Stage::Fill,
+                match settings.splat.fill {
+                    0 => skip("splat.fill is 0"),
+                    rings => run(format!(
+                        "holes up to {} wide",
+                        count(u64::from(rings) * 2, "pixel")
+                    )),
+                },
+            ),
+            (
+                Stage::Smooth,
+                match (facts.mirror_points, settings.splat.smooth) {
+                    (0, _) => skip("no point is a mirror"),
+                    (_, 0.0) => skip("splat.smooth is 0"),
+                    (n, _) => State::IfMirrorSeen(count(n, "mirror point")),
+                },
+            ),
+            (
+                Stage::LightDepth,
+                if facts.lights > 0 {
+                    run(lights.clone())
+                } else {
+                    skip("no light")
+                },
+            ),
+            (
+                Stage::Shade,
+                if facts.lights > 0 {
+                    run(lights)
+                } else {
+                    skip("no light")
+                },
+            ),
+            (
+                Stage::Edl,
+                match (facts.lights, settings.image.edl_strength) {
+                    (0, 0.0) => {
+                        run("no light: the albedo as it is, image.edl_strength being 0".into())
+                    }
+                    (0, _) => run("no light: the albedo, shaded by depth".into()),
+                    _ => skip("the scene has a light"),
+                },
+            ),
         ];
-        Self { rows: rows.into_iter().map(|(stage, state)| Row { stage, state }).collect() }
+        Self {
+            rows: rows
+                .into_iter()
+                .map(|(stage, state)| Row { stage, state })
+                .collect(),
+        }
     }
 
     /// Whether `stage` runs; `mirror_seen` says whether the camera sees a mirror.
     pub fn runs(&self, stage: Stage, mirror_seen: bool) -> bool {
-        self.rows.iter().filter(|row| row.stage == stage).any(|row| match row.state {
-            State::Run(_) => true,
-            State::IfMirrorSeen(_) => mirror_seen,
-            State::Skip(_) => false,
-        })
+        self.rows
+            .iter()
+            .filter(|row| row.stage == stage)
+            .any(|row| match row.state {
+                State::Run(_) => true,
+                State::IfMirrorSeen(_) => mirror_seen,
+                State::Skip(_) => false,
+            })
     }
 }
 
@@ -106,19 +142,29 @@ impl Plan {
 mod tests {
     use super::*;
 
-    const FACTS: SceneFacts = SceneFacts { points: 100, mirror_points: 10, lights: 1 };
+    const FACTS: SceneFacts = SceneFacts {
+        points: 100,
+        mirror_points: 10,
+        lights: 1,
+    };
 
     #[test]
     fn a_scene_without_light_builds_no_shadow_map() {
         let plan = Plan::new(&SceneFacts { lights: 0, ..FACTS }, &Settings::default());
-        assert!(!plan.runs(Stage::LightDepth, true) && !plan.runs(Stage::Shade, true), "{plan:?}");
+        assert!(
+            !plan.runs(Stage::LightDepth, true) && !plan.runs(Stage::Shade, true),
+            "{plan:?}"
+        );
         assert!(plan.runs(Stage::Edl, false), "{plan:?}");
     }
 
     #[test]
     fn a_lit_scene_is_not_shaded_by_depth() {
         let plan = Plan::new(&FACTS, &Settings::default());
-        assert!(plan.runs(Stage::Shade, false) && !plan.runs(Stage::Edl, false), "{plan:?}");
+        assert!(
+            plan.runs(Stage::Shade, false) && !plan.runs(Stage::Edl, false),
+            "{plan:?}"
+        );
     }
 
     #[test]
@@ -126,8 +172,17 @@ mod tests {
         let mut settings = Settings::default();
         settings.splat.smooth = 2.0;
         let plan = Plan::new(&FACTS, &settings);
-        assert!(plan.runs(Stage::Smooth, true) && !plan.runs(Stage::Smooth, false), "{plan:?}");
-        let plan = Plan::new(&SceneFacts { mirror_points: 0, ..FACTS }, &settings);
+        assert!(
+            plan.runs(Stage::Smooth, true) && !plan.runs(Stage::Smooth, false),
+            "{plan:?}"
+        );
+        let plan = Plan::new(
+            &SceneFacts {
+                mirror_points: 0,
+                ..FACTS
+            },
+            &settings,
+        );
         assert!(!plan.runs(Stage::Smooth, true), "{plan:?}");
     }
 }

@@ -44,10 +44,20 @@ impl<B: Backend> Session<B> {
         Ok(Self { backend, points })
     }
 
-    fn render(&mut self, view: &View, plan: &Plan, settings: &Settings, job: &Job) -> Result<Products> {
+    fn render(
+        &mut self,
+        view: &View,
+        plan: &Plan,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<Products> {
         self.backend.take_timings();
         let start = Instant::now();
-        let Frame { gbuffer, coverage, radiance } = frame(&mut self.backend, &self.points, view, plan, settings, job)?;
+        let Frame {
+            gbuffer,
+            coverage,
+            radiance,
+        } = frame(&mut self.backend, &self.points, view, plan, settings, job)?;
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
         let passes = self.backend.take_timings().passes;
         let size = view.pinhole.size;
@@ -68,6 +78,7 @@ impl<B: Backend> Session<B> {
     /// A grid in main memory.
     fn fetch<T: Pod>(&mut self, size: UVec2, grid: &B::Grid<T>) -> Result<Grid<T>> {
         let values = self.backend.read(grid)?.into_owned();
-        Grid::from_vec(size, values).ok_or_else(|| Error::Gpu("it returned a picture of another size".into()))
+        Grid::from_vec(size, values)
+            .ok_or_else(|| Error::Gpu("it returned a picture of another size".into()))
     }
 }

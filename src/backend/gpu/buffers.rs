@@ -19,13 +19,16 @@ pub(super) const BINDING_ALIGNMENT: u64 = 256;
 const TRANSFER: u64 = 32 << 20;
 
 /// What kernels read and write.
-pub(super) const STORAGE: wgpu::BufferUsages =
-    wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_DST).union(wgpu::BufferUsages::COPY_SRC);
+pub(super) const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE
+    .union(wgpu::BufferUsages::COPY_DST)
+    .union(wgpu::BufferUsages::COPY_SRC);
 
 /// The parameters of kernels.
-pub(super) const UNIFORM: wgpu::BufferUsages = wgpu::BufferUsages::UNIFORM.union(wgpu::BufferUsages::COPY_DST);
+pub(super) const UNIFORM: wgpu::BufferUsages =
+    wgpu::BufferUsages::UNIFORM.union(wgpu::BufferUsages::COPY_DST);
 
-const READ_BACK: wgpu::BufferUsages = wgpu::BufferUsages::MAP_READ.union(wgpu::BufferUsages::COPY_DST);
+const READ_BACK: wgpu::BufferUsages =
+    wgpu::BufferUsages::MAP_READ.union(wgpu::BufferUsages::COPY_DST);
 
 /// Buffers that no one uses at the moment, kept for the next frame.
 #[derive(Debug)]
@@ -43,24 +46,44 @@ pub(super) struct Buffer {
 
 impl Pool {
     pub(super) fn new(device: Arc<Device>) -> Arc<Self> {
-        Arc::new(Self { device, free: Mutex::default() })
+        Arc::new(Self {
+            device,
+            free: Mutex::default(),
+        })
     }
 
     /// A buffer of at least `size` bytes for `what`; its content is left from its last use.
-    pub(super) fn take(self: &Arc<Self>, what: &str, size: u64, usage: wgpu::BufferUsages) -> Result<Buffer> {
+    pub(super) fn take(
+        self: &Arc<Self>,
+        what: &str,
+        size: u64,
+        usage: wgpu::BufferUsages,
+    ) -> Result<Buffer> {
         let size = size.max(4).next_multiple_of(BINDING_ALIGNMENT);
         if let Some(buffer) = self.reuse(size, usage) {
             return Ok(self.lend(buffer));
         }
         if size > self.device.limits.max_buffer_size {
-            return Err(Error::Memory { what: what.to_owned(), needed: size, budget: self.device.limits.max_buffer_size });
+            return Err(Error::Memory {
+                what: what.to_owned(),
+                needed: size,
+                budget: self.device.limits.max_buffer_size,
+            });
         }
         if self.device.reserve(what, size).is_err() {
             self.clear();
             self.device.reserve(what, size)?;
         }
-        let scope = self.device.raw.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let descriptor = wgpu::BufferDescriptor { label: Some(what), size, usage, mapped_at_creation: false };
+        let scope = self
+            .device
+            .raw
+            .push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let descriptor = wgpu::BufferDescriptor {
+            label: Some(what),
+            size,
+            usage,
+            mapped_at_creation: false,
+        };
         let buffer = self.device.raw.create_buffer(&descriptor);
         if pollster::block_on(scope.pop()).is_some() {
             self.device.release(size);
@@ -70,20 +93,28 @@ impl Pool {
                 budget: self.device.memory_used(),
             });
         }
-        self.device.check().inspect_err(|_| self.device.release(size))?;
+        self.device
+            .check()
+            .inspect_err(|_| self.device.release(size))?;
         Ok(self.lend(buffer))
     }
 
     /// A free buffer that fits without wasting more than half of it.
     fn reuse(&self, size: u64, usage: wgpu::BufferUsages) -> Option<wgpu::Buffer> {
         let mut free = lock(&self.free);
-        let fits = |b: &wgpu::Buffer| b.usage() == usage && b.size() >= size && b.size() / 2 <= size;
-        let best = (0..free.len()).filter(|&i| fits(&free[i])).min_by_key(|&i| free[i].size())?;
+        let fits =
+            |b: &wgpu::Buffer| b.usage() == usage && b.size() >= size && b.size() / 2 <= size;
+        let best = (0..free.len())
+            .filter(|&i| fits(&free[i]))
+            .min_by_key(|&i| free[i].size())?;
         Some(free.swap_remove(best))
     }
 
     fn lend(self: &Arc<Self>, buffer: wgpu::Buffer) -> Buffer {
-        Buffer { buffer: Some(buffer), pool: Arc::clone(self) }
+        Buffer {
+            buffer: Some(buffer),
+            pool: Arc::clone(self),
+        }
     }
 
     /// Frees every buffer that no one uses.
@@ -116,7 +147,9 @@ impl Buffer {
     pub(super) fn upload(&self, offset: u64, bytes: &[u8]) -> Result<()> {
         let device = &self.pool.device;
         for (i, piece) in bytes.chunks(TRANSFER as usize).enumerate() {
-            device.queue.write_buffer(self.raw(), offset + i as u64 * TRANSFER, piece);
+            device
+                .queue
+                .write_buffer(self.raw(), offset + i as u64 * TRANSFER, piece);
             // Without a submission every piece would wait in a staging buffer of its own.
             if piece.len() as u64 == TRANSFER {
                 device.queue.submit([]);
@@ -128,12 +161,18 @@ impl Buffer {
 
     /// The first `size` bytes.
     pub(super) fn first(&self, size: u64) -> Binding {
-        Binding { buffer: self.raw().clone(), offset: 0, size }
+        Binding {
+            buffer: self.raw().clone(),
+            offset: 0,
+            size,
+        }
     }
 
     /// Reads the first `count` values.
     pub(super) fn download<T: Pod>(&self, count: u64) -> Result<Vec<T>> {
-        Ok(bytemuck::pod_collect_to_vec(&self.read_back(count * size_of::<T>() as u64)?))
+        Ok(bytemuck::pod_collect_to_vec(
+            &self.read_back(count * size_of::<T>() as u64)?,
+        ))
     }
 
     fn read_back(&self, size: u64) -> Result<Vec<u8>> {
@@ -142,21 +181,32 @@ impl Buffer {
         let staging = pool.take("reading back", size.min(TRANSFER), READ_BACK)?;
         while (bytes.len() as u64) < size {
             let piece = (size - bytes.len() as u64).min(TRANSFER);
-            let mut encoder = device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = device
+                .raw
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_buffer_to_buffer(self.raw(), bytes.len() as u64, staging.raw(), 0, piece);
             device.queue.submit([encoder.finish()]);
-            read_mapped(device, staging.raw(), piece, |mapped| bytes.extend_from_slice(mapped))?;
+            read_mapped(device, staging.raw(), piece, |mapped| {
+                bytes.extend_from_slice(mapped)
+            })?;
         }
         Ok(bytes)
     }
 }
 
 /// Maps the first `size` bytes of a buffer, once everything submitted is done.
-pub(super) fn read_mapped(device: &Device, buffer: &wgpu::Buffer, size: u64, read: impl FnOnce(&[u8])) -> Result<()> {
+pub(super) fn read_mapped(
+    device: &Device,
+    buffer: &wgpu::Buffer,
+    size: u64,
+    read: impl FnOnce(&[u8]),
+) -> Result<()> {
     let slice = buffer.slice(..size);
     let mapped = Arc::new(Mutex::new(None));
     let heard = Arc::clone(&mapped);
-    slice.map_async(wgpu::MapMode::Read, move |result| *lock(&heard) = Some(result));
+    slice.map_async(wgpu::MapMode::Read, move |result| {
+        *lock(&heard) = Some(result)
+    });
     device.wait()?;
     let failed = |why: String| Error::Gpu(format!("what it drew cannot be read ({why})"));
     match lock(&mapped).take() {
@@ -164,7 +214,9 @@ pub(super) fn read_mapped(device: &Device, buffer: &wgpu::Buffer, size: u64, rea
         Some(Err(error)) => return Err(failed(error.to_string())),
         None => return Err(failed("no answer".into())),
     }
-    let view = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
+    let view = slice
+        .get_mapped_range()
+        .map_err(|e| failed(e.to_string()))?;
     read(&view);
     drop(view);
     buffer.unmap();
@@ -193,7 +245,11 @@ impl<T: Pod> GpuGrid<T> {
         let pixels = u64::from(size.x) * u64::from(size.y);
         let what = format!("a picture of {} x {} pixels", size.x, size.y);
         let buffer = pool.take(&what, pixels * size_of::<T>() as u64, STORAGE)?;
-        Ok(Self { size, buffer, element: PhantomData })
+        Ok(Self {
+            size,
+            buffer,
+            element: PhantomData,
+        })
     }
 
     /// Width and height, pixels.
@@ -216,7 +272,9 @@ impl<T: Pod> GpuGrid<T> {
     }
 
     pub(super) fn download(&self) -> Result<Cow<'static, [T]>> {
-        Ok(Cow::Owned(self.buffer.download(u64::from(self.size.x) * u64::from(self.size.y))?))
+        Ok(Cow::Owned(self.buffer.download(
+            u64::from(self.size.x) * u64::from(self.size.y),
+        )?))
     }
 }
 
@@ -236,18 +294,29 @@ pub struct GpuPoints {
 
 impl PointBand {
     pub(super) fn places(&self) -> Binding {
-        self.places.first(u64::from(self.count) * size_of::<Place>() as u64)
+        self.places
+            .first(u64::from(self.count) * size_of::<Place>() as u64)
     }
 
     pub(super) fn finishes(&self) -> Binding {
-        self.finishes.first(u64::from(self.count) * size_of::<Finish>() as u64)
+        self.finishes
+            .first(u64::from(self.count) * size_of::<Finish>() as u64)
     }
 }
 
 impl GpuPoints {
     /// Brings surfels to the device, in bands that one binding holds.
-    pub(super) fn upload(pool: &Arc<Pool>, limits: &wgpu::Limits, places: &[Place], finishes: &[Finish]) -> Result<Self> {
-        let band = (limits.max_storage_buffer_binding_size.min(limits.max_buffer_size).min(1 << 30) / 16) as usize;
+    pub(super) fn upload(
+        pool: &Arc<Pool>,
+        limits: &wgpu::Limits,
+        places: &[Place],
+        finishes: &[Finish],
+    ) -> Result<Self> {
+        let band = (limits
+            .max_storage_buffer_binding_size
+            .min(limits.max_buffer_size)
+            .min(1 << 30)
+            / 16) as usize;
         let what = format!("a cloud of {} points", places.len());
         let mut bands = Vec::new();
         for (places, finishes) in places.chunks(band).zip(finishes.chunks(band)) {

@@ -64,15 +64,23 @@ impl Device {
     pub fn open(options: &GpuOptions) -> Result<Self> {
         let adapters = adapters();
         let names: Vec<_> = adapters.iter().map(|a| a.get_info().name).collect();
-        let mut wanted: Vec<_> = adapters.into_iter().filter(|a| options.adapter.takes(&a.get_info())).collect();
+        let mut wanted: Vec<_> = adapters
+            .into_iter()
+            .filter(|a| options.adapter.takes(&a.get_info()))
+            .collect();
         wanted.sort_by_key(|a| rank(a.get_info().device_type));
         let mut refusal = options.adapter.refusal(&names);
         for adapter in wanted {
             let info = adapter.get_info();
             match Self::open_adapter(&adapter, options) {
                 Ok(gpu) => {
-                    if options.adapter == AdapterChoice::Any && info.device_type == wgpu::DeviceType::Cpu {
-                        log::warn!("no graphics card was found; the software adapter {:?} draws instead", info.name);
+                    if options.adapter == AdapterChoice::Any
+                        && info.device_type == wgpu::DeviceType::Cpu
+                    {
+                        log::warn!(
+                            "no graphics card was found; the software adapter {:?} draws instead",
+                            info.name
+                        );
                     }
                     return Ok(gpu);
                 }
@@ -93,8 +101,9 @@ impl Device {
         if !options.portable {
             // Larger buffers mean fewer bands; everything else runs within the defaults.
             limits.max_buffer_size = offered.max_buffer_size.max(limits.max_buffer_size);
-            limits.max_storage_buffer_binding_size =
-                offered.max_storage_buffer_binding_size.max(limits.max_storage_buffer_binding_size);
+            limits.max_storage_buffer_binding_size = offered
+                .max_storage_buffer_binding_size
+                .max(limits.max_storage_buffer_binding_size);
             // A software adapter stamps its compute passes when they are queued, not when they run.
             if !software {
                 features |= adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
@@ -106,22 +115,39 @@ impl Device {
             required_limits: limits.clone(),
             ..Default::default()
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|e| Error::Gpu(format!("the adapter {:?} cannot be opened ({e})", info.name)))?;
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| {
+                Error::Gpu(format!(
+                    "the adapter {:?} cannot be opened ({e})",
+                    info.name
+                ))
+            })?;
 
         // An error that nobody catches would end the program.
         let failure = Arc::<Mutex<Failure>>::default();
         let heard = Arc::clone(&failure);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            lock(&heard).error.get_or_insert_with(|| one_line(&error.to_string()));
+            lock(&heard)
+                .error
+                .get_or_insert_with(|| one_line(&error.to_string()));
         }));
         let heard = Arc::clone(&failure);
         device.set_device_lost_callback(move |reason, message| {
-            lock(&heard).lost.get_or_insert_with(|| format!("the device was lost ({reason:?} {message})"));
+            lock(&heard)
+                .lost
+                .get_or_insert_with(|| format!("the device was lost ({reason:?} {message})"));
         });
 
         let budget = options.memory_budget.or_else(|| software.then(free_memory));
-        Ok(Self { raw: device, queue, limits, info, failure, budget, used: AtomicU64::new(0) })
+        Ok(Self {
+            raw: device,
+            queue,
+            limits,
+            info,
+            failure,
+            budget,
+            used: AtomicU64::new(0),
+        })
     }
 
     /// The adapter's name.
@@ -157,7 +183,9 @@ impl Device {
     /// [`Error::Gpu`] where anything went wrong since the last call.
     pub fn wait(&self) -> Result<()> {
         // The driver interface panics where a device is lost while it waits; that is an error like any other here.
-        let waited = catch_unwind(AssertUnwindSafe(|| self.raw.poll(wgpu::PollType::wait_indefinitely())));
+        let waited = catch_unwind(AssertUnwindSafe(|| {
+            self.raw.poll(wgpu::PollType::wait_indefinitely())
+        }));
         self.check()?;
         match waited {
             Ok(Ok(_)) => Ok(()),
@@ -172,7 +200,11 @@ impl Device {
         match self.budget {
             Some(budget) if used + size > budget => {
                 self.release(size);
-                Err(Error::Memory { what: what.to_owned(), needed: used + size, budget })
+                Err(Error::Memory {
+                    what: what.to_owned(),
+                    needed: used + size,
+                    budget,
+                })
             }
             Some(_) | None => Ok(()),
         }
@@ -199,7 +231,11 @@ impl AdapterChoice {
     }
 
     fn refusal(&self, names: &[String]) -> Error {
-        let list = names.iter().map(|n| format!("{n:?}")).collect::<Vec<_>>().join(", ");
+        let list = names
+            .iter()
+            .map(|n| format!("{n:?}"))
+            .collect::<Vec<_>>()
+            .join(", ");
         Error::NoAdapter(match self {
             Self::Named(name) if !names.is_empty() => {
                 format!("no graphics adapter's name contains {name:?}; there are {list}")
@@ -241,10 +277,12 @@ fn rank(kind: wgpu::DeviceType) -> u8 {
 
 /// Three quarters of the memory that the system has free, bytes; 2 GiB where it does not say.
 fn free_memory() -> u64 {
-    let free = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
-        let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
-        line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()
-    });
+    let free = std::fs::read_to_string("/proc/meminfo")
+        .ok()
+        .and_then(|text| {
+            let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
+            line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()
+        });
     free.map_or(2 << 30, |kib| kib * 1024 / 4 * 3)
 }
 
@@ -260,14 +298,26 @@ mod tests {
     #[test]
     fn a_wrong_adapter_name_is_answered_with_the_right_ones() {
         let names = ["llvmpipe".to_owned(), "Radeon".to_owned()];
-        let message = AdapterChoice::Named("GeForce".into()).refusal(&names).to_string();
-        assert!(message.contains("GeForce") && message.contains("llvmpipe") && message.contains("Radeon"), "{message}");
+        let message = AdapterChoice::Named("GeForce".into())
+            .refusal(&names)
+            .to_string();
+        assert!(
+            message.contains("GeForce")
+                && message.contains("llvmpipe")
+                && message.contains("Radeon"),
+            "{message}"
+        );
     }
 
     #[test]
     fn without_a_graphics_card_the_refusal_says_what_to_do() {
-        let message = AdapterChoice::Hardware.refusal(&["llvmpipe".to_owned()]).to_string();
-        assert!(message.contains("--backend gpu") && message.contains("--backend cpu"), "{message}");
+        let message = AdapterChoice::Hardware
+            .refusal(&["llvmpipe".to_owned()])
+            .to_string();
+        assert!(
+            message.contains("--backend gpu") && message.contains("--backend cpu"),
+            "{message}"
+        );
         let message = AdapterChoice::Any.refusal(&[]).to_string();
         assert!(message.contains("install"), "{message}");
     }

@@ -30,22 +30,26 @@ pub(super) struct Kernel {
 impl Kernel {
     fn new(device: &Device, shader: &Shader) -> Result<Self> {
         let source = link(shader.source, SHARED)?;
-        let module = device.raw.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(shader.name),
-            source: wgpu::ShaderSource::Wgsl(source.into()),
-        });
+        let module = device
+            .raw
+            .create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(shader.name),
+                source: wgpu::ShaderSource::Wgsl(source.into()),
+            });
         device.check()?;
-        let pipeline = device.raw.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(shader.name),
-            layout: None,
-            module: &module,
-            entry_point: None,
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: shader.constants,
-                zero_initialize_workgroup_memory: true,
-            },
-            cache: None,
-        });
+        let pipeline = device
+            .raw
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(shader.name),
+                layout: None,
+                module: &module,
+                entry_point: None,
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: shader.constants,
+                    zero_initialize_workgroup_memory: true,
+                },
+                cache: None,
+            });
         device.check()?;
         let layout = pipeline.get_bind_group_layout(0);
         device.check()?;
@@ -83,7 +87,9 @@ impl Threads {
     fn groups(self) -> UVec2 {
         match self {
             Self::Points(count) => UVec2::new(count.div_ceil(POINT_GROUP), 1),
-            Self::Pixels(size) => UVec2::new(size.x.div_ceil(PIXEL_GROUP), size.y.div_ceil(PIXEL_GROUP)),
+            Self::Pixels(size) => {
+                UVec2::new(size.x.div_ceil(PIXEL_GROUP), size.y.div_ceil(PIXEL_GROUP))
+            }
         }
     }
 }
@@ -118,8 +124,21 @@ pub(super) struct Compute<'p, 'a> {
 }
 
 impl<'a> Pass<'a> {
-    pub(super) fn new(name: &'a str, device: &'a Device, pool: &'a Arc<Pool>, stamps: Option<&'a Stamps>) -> Self {
-        Self { name, device, pool, stamps, uniforms: Vec::new(), dispatches: Vec::new(), zeroed: Vec::new() }
+    pub(super) fn new(
+        name: &'a str,
+        device: &'a Device,
+        pool: &'a Arc<Pool>,
+        stamps: Option<&'a Stamps>,
+    ) -> Self {
+        Self {
+            name,
+            device,
+            pool,
+            stamps,
+            uniforms: Vec::new(),
+            dispatches: Vec::new(),
+            zeroed: Vec::new(),
+        }
     }
 
     /// Clears part of a buffer to zero before the next dispatch.
@@ -131,10 +150,22 @@ impl<'a> Pass<'a> {
     pub(super) fn compute<P: Pod>(&mut self, kernel: &Arc<Kernel>, params: &P) -> Compute<'_, 'a> {
         let uniform = self.uniforms.len() as u64;
         self.uniforms.extend_from_slice(bytemuck::bytes_of(params));
-        let padded = self.uniforms.len().next_multiple_of(BINDING_ALIGNMENT as usize);
+        let padded = self
+            .uniforms
+            .len()
+            .next_multiple_of(BINDING_ALIGNMENT as usize);
         self.uniforms.resize(padded, 0);
-        let dispatch = Dispatch { kernel: Arc::clone(kernel), uniform, bindings: Vec::new(), groups: UVec2::ZERO, zeroed: std::mem::take(&mut self.zeroed) };
-        Compute { pass: self, dispatch }
+        let dispatch = Dispatch {
+            kernel: Arc::clone(kernel),
+            uniform,
+            bindings: Vec::new(),
+            groups: UVec2::ZERO,
+            zeroed: std::mem::take(&mut self.zeroed),
+        };
+        Compute {
+            pass: self,
+            dispatch,
+        }
     }
 
     /// Runs what was listed, waits for it, and adds the time to `timings`.
@@ -143,13 +174,21 @@ impl<'a> Pass<'a> {
         if self.dispatches.is_empty() {
             return self.device.check();
         }
-        let uniforms = self.pool.take(self.name, self.uniforms.len() as u64, UNIFORM)?;
+        let uniforms = self
+            .pool
+            .take(self.name, self.uniforms.len() as u64, UNIFORM)?;
         uniforms.upload(0, &self.uniforms)?;
         let last = self.dispatches.len() - 1;
         for (i, dispatch) in self.dispatches.iter().enumerate() {
-            let end = if i == last { self.uniforms.len() as u64 } else { self.dispatches[i + 1].uniform };
+            let end = if i == last {
+                self.uniforms.len() as u64
+            } else {
+                self.dispatches[i + 1].uniform
+            };
             let bind_group = self.bind(dispatch, uniforms.raw(), end - dispatch.uniform);
-            let descriptor = wgpu::CommandEncoderDescriptor { label: Some(self.name) };
+            let descriptor = wgpu::CommandEncoderDescriptor {
+                label: Some(self.name),
+            };
             let mut encoder = self.device.raw.create_command_encoder(&descriptor);
             for part in &dispatch.zeroed {
                 encoder.clear_buffer(&part.buffer, part.offset, Some(part.size));
@@ -177,20 +216,32 @@ impl<'a> Pass<'a> {
 
     fn bind(&self, dispatch: &Dispatch, uniforms: &wgpu::Buffer, size: u64) -> wgpu::BindGroup {
         let part = |buffer, offset, size| {
-            wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size: wgpu::BufferSize::new(size) })
+            wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                buffer,
+                offset,
+                size: wgpu::BufferSize::new(size),
+            })
         };
         let params = part(uniforms, dispatch.uniform, size);
-        let rest = dispatch.bindings.iter().map(|b| part(&b.buffer, b.offset, b.size));
+        let rest = dispatch
+            .bindings
+            .iter()
+            .map(|b| part(&b.buffer, b.offset, b.size));
         let entries: Vec<_> = std::iter::once(params)
             .chain(rest)
             .enumerate()
-            .map(|(i, resource)| wgpu::BindGroupEntry { binding: i as u32, resource })
+            .map(|(i, resource)| wgpu::BindGroupEntry {
+                binding: i as u32,
+                resource,
+            })
             .collect();
-        self.device.raw.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(self.name),
-            layout: &dispatch.kernel.layout,
-            entries: &entries,
-        })
+        self.device
+            .raw
+            .create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(self.name),
+                layout: &dispatch.kernel.layout,
+                entries: &entries,
+            })
     }
 }
 
@@ -210,7 +261,10 @@ impl Compute<'_, '_> {
     pub(super) fn dispatch(mut self, threads: Threads) -> Result<()> {
         let groups = threads.groups();
         if groups.max_element() > self.pass.device.limits.max_compute_workgroups_per_dimension {
-            return Err(Error::Gpu(format!("the pass {:?} is too large", self.pass.name)));
+            return Err(Error::Gpu(format!(
+                "the pass {:?} is too large",
+                self.pass.name
+            )));
         }
         if groups.min_element() > 0 {
             self.dispatch.groups = groups;

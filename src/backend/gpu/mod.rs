@@ -92,16 +92,31 @@ impl Backend for Gpu {
 
     fn upload(&mut self, surfels: &Arc<Surfels>) -> Result<GpuPoints> {
         let start = std::time::Instant::now();
-        let points = GpuPoints::upload(&self.pool, &self.device.limits, &surfels.places, &surfels.finishes)?;
+        let points = GpuPoints::upload(
+            &self.pool,
+            &self.device.limits,
+            &surfels.places,
+            &surfels.finishes,
+        )?;
         self.timings.add("upload", start.elapsed());
         Ok(points)
     }
 
-    fn splat(&mut self, points: &GpuPoints, pinhole: &Pinhole, settings: &SplatSettings) -> Result<GBuffer<Self>> {
+    fn splat(
+        &mut self,
+        points: &GpuPoints,
+        pinhole: &Pinhole,
+        settings: &SplatSettings,
+    ) -> Result<GBuffer<Self>> {
         self.run_splat(points, pinhole, settings)
     }
 
-    fn light_map(&mut self, points: &GpuPoints, pinhole: &Pinhole, settings: &SplatSettings) -> Result<LightMap<Self>> {
+    fn light_map(
+        &mut self,
+        points: &GpuPoints,
+        pinhole: &Pinhole,
+        settings: &SplatSettings,
+    ) -> Result<LightMap<Self>> {
         self.run_light_map(points, pinhole, settings)
     }
 
@@ -113,7 +128,12 @@ impl Backend for Gpu {
         self.run_smooth(gbuffer, settings)
     }
 
-    fn shade(&mut self, gbuffer: &GBuffer<Self>, lights: &[LitBy<Self>], settings: &GiSettings) -> Result<GpuGrid<Vec4>> {
+    fn shade(
+        &mut self,
+        gbuffer: &GBuffer<Self>,
+        lights: &[LitBy<Self>],
+        settings: &GiSettings,
+    ) -> Result<GpuGrid<Vec4>> {
         self.run_shade(gbuffer, lights, settings)
     }
 
@@ -128,7 +148,10 @@ impl Backend for Gpu {
     fn write<T: Pod>(&mut self, size: UVec2, values: &[T]) -> Result<GpuGrid<T>> {
         if values.len() as u64 != u64::from(size.x) * u64::from(size.y) {
             let count = values.len();
-            return Err(Error::Setting(format!("{count} values do not fill a picture of {}x{}", size.x, size.y)));
+            return Err(Error::Setting(format!(
+                "{count} values do not fill a picture of {}x{}",
+                size.x, size.y
+            )));
         }
         let grid = GpuGrid::new(&self.pool, size)?;
         grid.upload(values)?;

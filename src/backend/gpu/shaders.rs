@@ -1,12 +1,21 @@
 //! The table of shaders, and the linker that puts `#import`s into them.
 
+use super::edl::EdlParams;
+use super::fill::{CoverageParams, FillParams};
 use super::kernel::{PIXEL_GROUP, POINT_GROUP};
 use super::layout::{GpuStruct, Layout};
+use super::shade::ShadeParams;
+use super::smooth::SmoothParams;
 use super::splat::{ClearParams, SplatParams};
 use crate::camera::Pinhole;
 use crate::cloud::SHININESS_LOG_RANGE;
 use crate::error::{Error, Result};
-use crate::gbuffer::disc::{BOUNDS_SLACK, EDGE_ON_COSINE_SQUARED, MAX_TOLERANCE_SLOPE, MIN_HALF_WIDTH};
+use crate::gbuffer::disc::{
+    BOUNDS_SLACK, EDGE_ON_COSINE_SQUARED, MAX_TOLERANCE_SLOPE, MIN_HALF_WIDTH,
+};
+use crate::gbuffer::fill::{AGREE_SPACINGS, MIN_NEIGHBOURS};
+use crate::gbuffer::smooth::{DEPTH_SPACINGS, NORMAL_COSINE};
+use crate::gi::shade::RECEIVER_COSINE;
 
 /// One kernel's source. Its name is the file's, the label in a profile and the row in the report.
 #[derive(Debug, Clone, Copy)]
@@ -69,14 +78,62 @@ shader! {
     AVERAGE = "average", &[PIXEL, ("SHININESS_LOG_RANGE", SHININESS_LOG_RANGE as f64)]
 }
 
+shader! {
+    /// Closes one ring of small holes.
+    FILL = "fill", &[PIXEL, ("MIN_NEIGHBOURS", MIN_NEIGHBOURS as f64), ("AGREE_SPACINGS", AGREE_SPACINGS as f64)]
+}
+shader! {
+    /// Counts the pixels that show something.
+    COVERAGE = "coverage", &[PIXEL]
+}
+shader! {
+    /// Smooths the normals and depths of mirrors.
+    SMOOTH = "smooth", &[PIXEL, ("DEPTH_SPACINGS", DEPTH_SPACINGS as f64), ("NORMAL_COSINE", NORMAL_COSINE as f64)]
+}
+shader! {
+    /// Adds the light of one spot.
+    SHADE = "shade", &[PIXEL, ("RECEIVER_COSINE", RECEIVER_COSINE as f64)]
+}
+shader! {
+    /// Eye-dome lighting.
+    EDL = "edl", &[PIXEL]
+}
+
 /// What shaders import: name and text.
-pub const SHARED: &[(&str, &str)] = shared!["depth_key", "disc", "pinhole", "splat", "surfel"];
+pub const SHARED: &[(&str, &str)] = shared![
+    "depth_key",
+    "disc",
+    "pinhole",
+    "plane_depth",
+    "splat",
+    "surfel"
+];
 
 /// Every kernel there is.
-pub const SHADERS: &[Shader] = &[CLEAR, DEPTH, LIGHT_DEPTH, VISIBILITY, AVERAGE];
+pub const SHADERS: &[Shader] = &[
+    CLEAR,
+    DEPTH,
+    LIGHT_DEPTH,
+    VISIBILITY,
+    AVERAGE,
+    FILL,
+    COVERAGE,
+    SMOOTH,
+    SHADE,
+    EDL,
+];
 
 /// Every struct that a shader and Rust both see.
-pub const LAYOUTS: &[Layout] = &[Pinhole::LAYOUT, SplatParams::LAYOUT, ClearParams::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[
+    Pinhole::LAYOUT,
+    SplatParams::LAYOUT,
+    ClearParams::LAYOUT,
+    FillParams::LAYOUT,
+    CoverageParams::LAYOUT,
+    SmoothParams::LAYOUT,
+    ShadeParams::LAYOUT,
+    EdlParams::LAYOUT,
+];
 
 /// Puts the files of `shaders/shared` in the place of the `#import` lines that name them, each once.
 ///
@@ -89,7 +146,12 @@ pub fn link(source: &str, shared: &[(&str, &str)]) -> Result<String> {
     Ok(linked)
 }
 
-fn append<'a>(source: &'a str, shared: &[(&str, &'a str)], seen: &mut Vec<&'a str>, linked: &mut String) -> Result<()> {
+fn append<'a>(
+    source: &'a str,
+    shared: &[(&str, &'a str)],
+    seen: &mut Vec<&'a str>,
+    linked: &mut String,
+) -> Result<()> {
     for line in source.lines() {
         let Some(name) = line.strip_prefix("#import ").map(str::trim) else {
             linked.push_str(line);
@@ -101,7 +163,9 @@ fn append<'a>(source: &'a str, shared: &[(&str, &'a str)], seen: &mut Vec<&'a st
         }
         seen.push(name);
         let Some((_, text)) = shared.iter().find(|(known, _)| *known == name) else {
-            return Err(Error::Gpu(format!("a shader imports {name:?}, which does not exist")));
+            return Err(Error::Gpu(format!(
+                "a shader imports {name:?}, which does not exist"
+            )));
         };
         append(text, shared, seen, linked)?;
     }
@@ -116,12 +180,17 @@ mod tests {
 
     #[test]
     fn an_import_is_replaced_once_even_in_a_cycle() {
-        assert_eq!(link("#import a\n#import b\nC", FILES).expect("known names"), "B\nA\nC\n");
+        assert_eq!(
+            link("#import a\n#import b\nC", FILES).expect("known names"),
+            "B\nA\nC\n"
+        );
     }
 
     #[test]
     fn an_unknown_import_is_refused_by_name() {
-        let error = link("#import c", FILES).expect_err("there is no c").to_string();
+        let error = link("#import c", FILES)
+            .expect_err("there is no c")
+            .to_string();
         assert!(error.contains("\"c\""), "{error}");
     }
 }

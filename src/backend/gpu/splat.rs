@@ -5,9 +5,9 @@ use glam::{UVec2, Vec4};
 
 use super::Gpu;
 use super::buffers::{Binding, Buffer, GpuGrid, GpuPoints, STORAGE};
-use super::kernel::{PIXEL_GROUP, Pass, Threads};
+use super::kernel::{Pass, Threads};
 use super::layout::{gpu_layout, gpu_struct};
-use super::shaders::{AVERAGE, CLEAR, DEPTH, LIGHT_DEPTH, Shader, VISIBILITY};
+use super::shaders::{AVERAGE, CLEAR, DEPTH, LIGHT_DEPTH, VISIBILITY};
 use super::windows::{Need, Window, windows};
 use crate::backend::LightMap;
 use crate::camera::Pinhole;
@@ -20,7 +20,18 @@ use crate::grid::Grid;
 /// Surfels of one submission: none runs much longer than 100 ms, also where splats are large.
 const CHUNK: u32 = 1 << 18;
 
-gpu_layout!(Pinhole { eye, focal, right, near, up, far, forward, inverse_focal, centre, size });
+gpu_layout!(Pinhole {
+    eye,
+    focal,
+    right,
+    near,
+    up,
+    far,
+    forward,
+    inverse_focal,
+    centre,
+    size
+});
 
 gpu_struct! {
     /// What one dispatch of a splatting pass works on.
@@ -77,7 +88,11 @@ impl WindowSums {
 }
 
 /// Pixels of the sums are the dearest; whatever is splatted is cut into windows by them.
-const SUMS_NEED: Need = Need { halo: 0, bytes: size_of::<Sums>() as u64, steps: 1 };
+const SUMS_NEED: Need = Need {
+    halo: 0,
+    bytes: size_of::<Sums>() as u64,
+    steps: 1,
+};
 
 fn window_params(pinhole: &Pinhole, settings: &SplatSettings, window: &Window) -> SplatParams {
     SplatParams {
@@ -92,7 +107,12 @@ fn window_params(pinhole: &Pinhole, settings: &SplatSettings, window: &Window) -
 
 impl Gpu {
     /// Passes `depth`, `visibility` and `average`.
-    pub(super) fn run_splat(&mut self, points: &GpuPoints, pinhole: &Pinhole, settings: &SplatSettings) -> Result<GBuffer<Self>> {
+    pub(super) fn run_splat(
+        &mut self,
+        points: &GpuPoints,
+        pinhole: &Pinhole,
+        settings: &SplatSettings,
+    ) -> Result<GBuffer<Self>> {
         let grid = || GpuGrid::<Vec4>::new(&self.pool, pinhole.size);
         let (surface, albedo, material) = (grid()?, grid()?, grid()?);
         for window in windows(pinhole.size, SUMS_NEED, &self.device.limits) {
@@ -106,26 +126,54 @@ impl Gpu {
                 .write(surface.part(&window.pixels))
                 .write(albedo.part(&window.pixels))
                 .write(material.part(&window.pixels))
-                .dispatch(Threads::Pixels(UVec2::new(pinhole.size.x, window.rows.end - window.rows.start)))?;
+                .dispatch(Threads::Pixels(UVec2::new(
+                    pinhole.size.x,
+                    window.rows.end - window.rows.start,
+                )))?;
             pass.finish(&mut self.timings)?;
         }
-        Ok(GBuffer { pinhole: *pinhole, surface, albedo, material })
+        Ok(GBuffer {
+            pinhole: *pinhole,
+            surface,
+            albedo,
+            material,
+        })
     }
 
     /// What passes `depth` and `visibility` leave, for comparing backends.
     ///
     /// # Errors
     /// As every stage.
-    pub fn accumulate(&mut self, points: &GpuPoints, pinhole: &Pinhole, settings: &SplatSettings) -> Result<Accumulated> {
+    pub fn accumulate(
+        &mut self,
+        points: &GpuPoints,
+        pinhole: &Pinhole,
+        settings: &SplatSettings,
+    ) -> Result<Accumulated> {
         let (mut keys, mut counts, mut sums) = (Vec::new(), Vec::new(), Vec::new());
         for window in windows(pinhole.size, SUMS_NEED, &self.device.limits) {
             let params = window_params(pinhole, settings, &window);
             let left = self.accumulate_window(points, &params, &window)?;
             // Windows overlap by what aligns their start.
             let skip = (window.rows.start * pinhole.size.x - window.pixels.start) as usize;
-            keys.extend(left.keys.download::<u32>(left.pixels)?.into_iter().skip(skip));
-            counts.extend(left.counts.download::<u32>(left.pixels)?.into_iter().skip(skip));
-            sums.extend(left.sums.download::<Sums>(left.pixels)?.into_iter().skip(skip));
+            keys.extend(
+                left.keys
+                    .download::<u32>(left.pixels)?
+                    .into_iter()
+                    .skip(skip),
+            );
+            counts.extend(
+                left.counts
+                    .download::<u32>(left.pixels)?
+                    .into_iter()
+                    .skip(skip),
+            );
+            sums.extend(
+                left.sums
+                    .download::<Sums>(left.pixels)?
+                    .into_iter()
+                    .skip(skip),
+            );
         }
         let whole = |what: &str| crate::Error::Gpu(format!("{what} are not as many as pixels"));
         Ok(Accumulated {
@@ -136,17 +184,32 @@ impl Gpu {
     }
 
     /// Passes `depth` and `visibility` of one window.
-    fn accumulate_window(&mut self, points: &GpuPoints, params: &SplatParams, window: &Window) -> Result<WindowSums> {
+    fn accumulate_window(
+        &mut self,
+        points: &GpuPoints,
+        params: &SplatParams,
+        window: &Window,
+    ) -> Result<WindowSums> {
         let pixels = u64::from(window.pixels.end - window.pixels.start);
         let take = |bytes: u64| self.pool.take("splatting", pixels * bytes, STORAGE);
-        let left = WindowSums { keys: take(4)?, counts: take(4)?, sums: take(size_of::<Sums>() as u64)?, pixels };
+        let left = WindowSums {
+            keys: take(4)?,
+            counts: take(4)?,
+            sums: take(size_of::<Sums>() as u64)?,
+            pixels,
+        };
 
         let clear = self.kernels.get(&self.device, &CLEAR)?;
         let depth = self.kernels.get(&self.device, &DEPTH)?;
         let mut pass = Pass::new("depth", &self.device, &self.pool, self.stamps.as_ref());
         let width = params.pinhole.size.x;
-        let clear_params = ClearParams { width, pixels: pixels as u32 };
-        pass.compute(&clear, &clear_params).write(left.keys()).dispatch(clear_threads(width, pixels))?;
+        let clear_params = ClearParams {
+            width,
+            pixels: pixels as u32,
+        };
+        pass.compute(&clear, &clear_params)
+            .write(left.keys())
+            .dispatch(clear_threads(width, pixels))?;
         pass.zero(left.counts());
         for_chunks(points, params, |params, places, finishes, threads| {
             pass.compute(&depth, params)
@@ -184,14 +247,33 @@ impl Gpu {
         let keys = GpuGrid::<u32>::new(&self.pool, pinhole.size)?;
         let clear = self.kernels.get(&self.device, &CLEAR)?;
         let depth = self.kernels.get(&self.device, &LIGHT_DEPTH)?;
-        let mut pass = Pass::new(LIGHT_DEPTH.name, &self.device, &self.pool, self.stamps.as_ref());
-        let all = windows(pinhole.size, Need { halo: 0, bytes: 4, steps: 1 }, &self.device.limits);
+        let mut pass = Pass::new(
+            LIGHT_DEPTH.name,
+            &self.device,
+            &self.pool,
+            self.stamps.as_ref(),
+        );
+        let all = windows(
+            pinhole.size,
+            Need {
+                halo: 0,
+                bytes: 4,
+                steps: 1,
+            },
+            &self.device.limits,
+        );
         // Windows overlap by what aligns their start: all are cleared before the first is drawn.
         for window in &all {
             let pixels = window.pixels.end - window.pixels.start;
-            pass.compute(&clear, &ClearParams { width: pinhole.size.x, pixels })
-                .write(keys.part(&window.pixels))
-                .dispatch(clear_threads(pinhole.size.x, u64::from(pixels)))?;
+            pass.compute(
+                &clear,
+                &ClearParams {
+                    width: pinhole.size.x,
+                    pixels,
+                },
+            )
+            .write(keys.part(&window.pixels))
+            .dispatch(clear_threads(pinhole.size.x, u64::from(pixels)))?;
         }
         for window in &all {
             let params = window_params(pinhole, settings, window);
@@ -204,7 +286,10 @@ impl Gpu {
             })?;
         }
         pass.finish(&mut self.timings)?;
-        Ok(LightMap { pinhole: *pinhole, keys })
+        Ok(LightMap {
+            pinhole: *pinhole,
+            keys,
+        })
     }
 }
 
@@ -221,8 +306,17 @@ fn for_chunks(
     for band in &points.bands {
         for first_point in (0..band.count).step_by(CHUNK as usize) {
             let end_point = (first_point + CHUNK).min(band.count);
-            let params = SplatParams { first_point, end_point, ..*params };
-            dispatch(&params, band.places(), band.finishes(), Threads::Points(end_point - first_point))?;
+            let params = SplatParams {
+                first_point,
+                end_point,
+                ..*params
+            };
+            dispatch(
+                &params,
+                band.places(),
+                band.finishes(),
+                Threads::Points(end_point - first_point),
+            )?;
         }
     }
     Ok(())

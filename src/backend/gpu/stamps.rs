@@ -20,7 +20,11 @@ pub(super) struct Stamps {
 impl Stamps {
     /// `None` where the device takes no stamps.
     pub(super) fn new(device: &Device) -> Option<Self> {
-        if !device.raw.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+        if !device
+            .raw
+            .features()
+            .contains(wgpu::Features::TIMESTAMP_QUERY)
+        {
             return None;
         }
         let buffer = |usage| {
@@ -44,7 +48,11 @@ impl Stamps {
     }
 
     /// What a dispatch stamps, being the `first` or `last` of its pass.
-    pub(super) fn writes(&self, first: bool, last: bool) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+    pub(super) fn writes(
+        &self,
+        first: bool,
+        last: bool,
+    ) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         (first || last).then_some(wgpu::ComputePassTimestampWrites {
             query_set: &self.queries,
             beginning_of_pass_write_index: first.then_some(0),

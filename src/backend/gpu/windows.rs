@@ -33,7 +33,8 @@ pub(super) struct Need {
 /// Cuts a picture into windows.
 pub(super) fn windows(size: UVec2, need: Need, limits: &wgpu::Limits) -> Vec<Window> {
     let width = u64::from(size.x.max(1));
-    let held = (limits.max_storage_buffer_binding_size / need.bytes).saturating_sub(u64::from(PIXEL_ALIGNMENT));
+    let held = (limits.max_storage_buffer_binding_size / need.bytes)
+        .saturating_sub(u64::from(PIXEL_ALIGNMENT));
     let by_binding = (held / width).saturating_sub(2 * u64::from(need.halo));
     let by_steps = STEPS / need.steps.max(1) / width;
     let rows = by_binding.min(by_steps).clamp(1, u64::from(size.y.max(1))) as u32;
@@ -43,7 +44,10 @@ pub(super) fn windows(size: UVec2, need: Need, limits: &wgpu::Limits) -> Vec<Win
             let end = (first + rows).min(size.y);
             let start = first.saturating_sub(need.halo) * size.x;
             let start = start / PIXEL_ALIGNMENT * PIXEL_ALIGNMENT;
-            Window { rows: first..end, pixels: start..(end + need.halo).min(size.y) * size.x }
+            Window {
+                rows: first..end,
+                pixels: start..(end + need.halo).min(size.y) * size.x,
+            }
         })
         .collect()
 }
@@ -56,7 +60,11 @@ mod tests {
     fn windows_cover_every_row_once_and_fit_into_a_binding() {
         let limits = wgpu::Limits::default();
         let size = UVec2::new(20_000, 9_000);
-        let need = Need { halo: 20, bytes: 16, steps: 10 };
+        let need = Need {
+            halo: 20,
+            bytes: 16,
+            steps: 10,
+        };
         let all = windows(size, need, &limits);
         assert!(all.len() > 1, "a picture of 2.7 GiB needs several windows");
         let mut next = 0;
@@ -64,9 +72,18 @@ mod tests {
             assert_eq!(w.rows.start, next, "no row is left out");
             next = w.rows.end;
             let bytes = u64::from(w.pixels.end - w.pixels.start) * need.bytes;
-            assert!(bytes <= limits.max_storage_buffer_binding_size, "{w:?} takes {bytes} bytes");
-            assert!(w.pixels.start <= w.rows.start.saturating_sub(20) * size.x, "{w:?} lacks rows above");
-            assert!(w.pixels.end >= (w.rows.end + 20).min(size.y) * size.x, "{w:?} lacks rows below");
+            assert!(
+                bytes <= limits.max_storage_buffer_binding_size,
+                "{w:?} takes {bytes} bytes"
+            );
+            assert!(
+                w.pixels.start <= w.rows.start.saturating_sub(20) * size.x,
+                "{w:?} lacks rows above"
+            );
+            assert!(
+                w.pixels.end >= (w.rows.end + 20).min(size.y) * size.x,
+                "{w:?} lacks rows below"
+            );
         }
         assert_eq!(next, size.y, "the last row is in");
     }
