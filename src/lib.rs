@@ -13,6 +13,7 @@ pub mod image;
 pub mod job;
 pub mod plan;
 pub mod renderer;
+pub mod scene;
 pub mod settings;
 pub mod timing;
 

@@ -60,8 +60,10 @@ pub struct Disc {
     pub mirror: bool,
     /// Whether the surfel is seen from behind.
     pub behind: bool,
-    /// The surfel's index.
-    pub index: u32,
+    /// The surfel's radius (local spacing).
+    pub radius: f32,
+    /// The surfel's material.
+    pub finish: Finish,
     /// Pixels that it may cover.
     pub bounds: PixelRect,
 }
@@ -117,9 +119,8 @@ fn bounds(centre: Vec3, half: Vec3, pinhole: &Pinhole) -> PixelRect {
 }
 
 impl Disc {
-    /// The disc of surfel `index`, or `None` where it is out of sight or seen edge-on.
+    /// The disc of a surfel, or `None` where it is out of sight or seen edge-on.
     pub fn new(
-        index: u32,
         place: &Place,
         finish: &Finish,
         pinhole: &Pinhole,
@@ -161,7 +162,8 @@ impl Disc {
             tolerance: place.radius * (settings.depth_tolerance + slope),
             mirror: !behind && finish.mirror() > 0.0,
             behind,
-            index,
+            radius: place.radius,
+            finish: *finish,
             bounds: rect,
         })
     }

@@ -15,7 +15,7 @@ use super::visibility::{Sums, visibility};
 use super::{EMPTY, GBuffer, SplatSettings};
 use crate::backend::cpu::Cpu;
 use crate::camera::Pinhole;
-use crate::cloud::Surfels;
+use crate::cloud::{Finish, Place, Surfels};
 use crate::grid::Grid;
 use crate::timing::Timings;
 
@@ -63,6 +63,7 @@ struct View<'a> {
 #[derive(Default)]
 struct Work {
     tile: Tile,
+    fetched: Vec<(Place, Finish)>,
     discs: Vec<Disc>,
 }
 
@@ -95,9 +96,7 @@ impl Splatter {
             |tile, discs, (surface, albedo, material)| {
                 tile.expect_sums();
                 spend(&spent.depth, || depth::<true>(tile, discs, pinhole));
-                spend(&spent.visibility, || {
-                    visibility(tile, discs, surfels, pinhole)
-                });
+                spend(&spent.visibility, || visibility(tile, discs, pinhole));
                 spend(&spent.average, || {
                     for (first, values) in tile.rows(width) {
                         for (pixel, value) in (first..).zip(values) {
@@ -172,7 +171,7 @@ impl Splatter {
             |tile, discs, (keys, counts, sums)| {
                 tile.expect_sums();
                 depth::<true>(tile, discs, pinhole);
-                visibility(tile, discs, surfels, pinhole);
+                visibility(tile, discs, pinhole);
                 for (first, values) in tile.rows(width) {
                     let row = first..first + values.len();
                     keys[row.clone()].copy_from_slice(&tile.keys[values.clone()]);
@@ -222,17 +221,17 @@ impl Splatter {
                         (x0 + side).min(pinhole.size.x),
                         (y0 + side).min(pinhole.size.y),
                     );
+                    // Fetched in a loop of its own, the scattered surfels come in many at a time.
+                    let entries = tiles.entries(row * tiles.count.x as usize + column as usize);
+                    work.fetched.clear();
+                    work.fetched.extend(
+                        entries.map(|i| (surfels.places[i as usize], surfels.finishes[i as usize])),
+                    );
                     work.discs.clear();
                     work.discs.extend(
-                        tiles
-                            .entries(row * tiles.count.x as usize + column as usize)
-                            .filter_map(|index| {
-                                let (place, finish) = (
-                                    surfels.places.get(index as usize)?,
-                                    surfels.finishes.get(index as usize)?,
-                                );
-                                Disc::new(index, place, finish, pinhole, settings)
-                            }),
+                        work.fetched.iter().filter_map(|(place, finish)| {
+                            Disc::new(place, finish, pinhole, settings)
+                        }),
                     );
                     work.tile.reset(PixelRect { x0, y0, x1, y1 });
                     passes(&mut work.tile, &work.discs, &mut outputs);

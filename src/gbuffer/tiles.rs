@@ -38,10 +38,18 @@ fn pack(r: PixelRect, shift: u32) -> u32 {
 /// No tile at all: a first column behind the last.
 const NOWHERE: u32 = 0xff;
 
-fn tiles_of(rect: u32, columns: u32) -> impl Iterator<Item = usize> {
+/// Calls `visit` with each tile of a rectangle of tiles, in a picture of so many columns of tiles.
+#[inline(always)]
+fn for_tiles(rect: u32, columns: u32, mut visit: impl FnMut(usize)) {
+    if rect == NOWHERE {
+        return;
+    }
     let (x0, y0, x1, y1) = (rect & 0xff, rect >> 8 & 0xff, rect >> 16 & 0xff, rect >> 24);
-    let rows = if rect == NOWHERE { 1..1 } else { y0..y1 + 1 };
-    rows.flat_map(move |y| (x0..=x1).map(move |x| (y * columns + x) as usize))
+    for y in y0..=y1 {
+        for x in x0..=x1 {
+            visit((y * columns + x) as usize);
+        }
+    }
 }
 
 impl Tiles {
@@ -91,9 +99,7 @@ impl Tiles {
                 for (i, slot) in rects.iter_mut().enumerate() {
                     if let Some(rect) = bounds(chunk * CHUNK + i) {
                         *slot = pack(rect, shift);
-                        for tile in tiles_of(*slot, columns) {
-                            counts[tile] += 1;
-                        }
+                        for_tiles(*slot, columns, |tile| counts[tile] += 1);
                     }
                 }
             });
@@ -125,12 +131,12 @@ impl Tiles {
             .enumerate()
             .for_each(|(chunk, (rects, cursors))| {
                 for (i, &rect) in rects.iter().enumerate() {
-                    for tile in tiles_of(rect, columns) {
+                    for_tiles(rect, columns, |tile| {
                         // Every slot is written once: atomics only make the shared slice safe to write.
-                        entries[cursors[tile] as usize]
-                            .store((chunk * CHUNK + i) as u32, Ordering::Relaxed);
+                        let slot = cursors[tile] as usize;
+                        entries[slot].store((chunk * CHUNK + i) as u32, Ordering::Relaxed);
                         cursors[tile] += 1;
-                    }
+                    });
                 }
             });
         true

@@ -11,7 +11,6 @@ use super::disc::{Disc, weight};
 use super::tile::Tile;
 use super::{EMPTY, depth_from_key};
 use crate::camera::Pinhole;
-use crate::cloud::{Finish, Surfels};
 
 /// Weighted sums of a pixel's visible fragments, in fixed point.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -33,7 +32,8 @@ pub fn scale(count: u32) -> f32 {
 
 /// Attributes of a surfel as the viewer sees them, in the order of [`Sums`]. Seen from behind, a diffuse surfel turns its
 /// normal, and a mirror is opaque and black.
-fn attributes(disc: &Disc, finish: Finish) -> (f32x4, f32x4, f32x4) {
+fn attributes(disc: &Disc) -> (f32x4, f32x4, f32x4) {
+    let finish = disc.finish;
     let n = finish.normal();
     if !disc.behind {
         let a = finish.albedo();
@@ -56,7 +56,7 @@ fn attributes(disc: &Disc, finish: Finish) -> (f32x4, f32x4, f32x4) {
 }
 
 /// Sums the visible fragments of `discs` in the pixels of the tile, after pass `depth`.
-pub fn visibility(tile: &mut Tile, discs: &[Disc], surfels: &Surfels, pinhole: &Pinhole) {
+pub fn visibility(tile: &mut Tile, discs: &[Disc], pinhole: &Pinhole) {
     // Per pixel once, not per fragment: the scale, and the nearest's depth with its inverse.
     tile.prepare_fronts(|key, count| match depth_from_key(key) {
         Some((depth, _)) => [scale(count), depth, 1.0 / depth],
@@ -70,12 +70,7 @@ pub fn visibility(tile: &mut Tile, discs: &[Disc], surfels: &Surfels, pinhole: &
         ..
     } = tile;
     for disc in discs {
-        let index = disc.index as usize;
-        let (Some(finish), Some(place)) = (surfels.finishes.get(index), surfels.places.get(index))
-        else {
-            continue;
-        };
-        let (depth_lanes, albedo_lanes, normal_lanes) = attributes(disc, *finish);
+        let (depth_lanes, albedo_lanes, normal_lanes) = attributes(disc);
         area.visit(disc, pinhole, |pixel, depth, distance| {
             let key = keys[pixel];
             let [scale, front, inverse_front] = fronts[pixel];
@@ -85,7 +80,7 @@ pub fn visibility(tile: &mut Tile, discs: &[Disc], surfels: &Surfels, pinhole: &
             }
             let s = weight(distance * disc.inverse_half_squared) * scale;
             let behind = ((depth - front) * inverse_front).min(1.0);
-            let radius = (place.radius * inverse_front).min(1.0);
+            let radius = (disc.radius * inverse_front).min(1.0);
             let add = |sum: &mut [i32; 4], lanes: f32x4| {
                 let scaled = (lanes * f32x4::splat(s)).fast_trunc_int();
                 *sum = (i32x4::from(*sum) + scaled).into();
