@@ -28,6 +28,8 @@ pub struct GpuOptions {
     /// Bytes that buffers may take. Without it a software adapter gets three quarters of the memory that the system
     /// has free, since it reports no shortage itself, and a graphics card what its driver grants.
     pub memory_budget: Option<u64>,
+    /// Bytes of one binding, where less than the device offers is to be used: smaller bindings mean more bands.
+    pub binding_limit: Option<u64>,
 }
 
 /// What the device said went wrong, until the next call asks.
@@ -138,6 +140,11 @@ impl Device {
                 .get_or_insert_with(|| format!("the device was lost ({reason:?} {message})"));
         });
 
+        if let Some(limit) = options.binding_limit {
+            limits.max_storage_buffer_binding_size = limits
+                .max_storage_buffer_binding_size
+                .min(limit.max(1 << 12));
+        }
         let budget = options.memory_budget.or_else(|| software.then(free_memory));
         Ok(Self {
             raw: device,
