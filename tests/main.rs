@@ -6,6 +6,6 @@ mod twins;
 use libtest_mimic::Arguments;
 
 fn main() {
-    let trials = vec![shaders::tests(), twins::tests()].concat();
+    let trials = [shaders::tests(), twins::tests()].into_iter().flatten().collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }
