@@ -21,12 +21,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if !d.seen {
         return;
     }
+    let rim = RIM * d.half_squared;
     for (var y = d.first.y; y < d.end.y; y++) {
         let row = y * params.pinhole.size.x - params.first_pixel;
         for (var x = d.first.x; x < d.end.x; x++) {
             let f = fragment(d, x, y, params.pinhole);
             if f.covered {
-                atomicMin(&keys[row + x], depth_key(f.depth, d.mirror));
+                atomicMin(&keys[row + x], depth_key(f.depth, d.mirror, f.distance_squared > rim));
                 atomicAdd(&counts[row + x], 1u);
             }
         }

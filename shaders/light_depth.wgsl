@@ -1,5 +1,5 @@
 // The nearest fragment of every texel of a light's map.
-// One thread per surfel. CPU twin: `depth` in src/gbuffer/depth.rs, without the count.
+// One thread per surfel. CPU twin: `depth` in src/gbuffer/depth.rs, without count and rims.
 #import disc
 #import depth_key
 
@@ -25,7 +25,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         for (var x = d.first.x; x < d.end.x; x++) {
             let f = fragment(d, x, y, params.pinhole);
             if f.covered {
-                atomicMin(&keys[row + x], depth_key(f.depth, d.mirror));
+                atomicMin(&keys[row + x], depth_key(f.depth, d.mirror, false));
             }
         }
     }

@@ -4,24 +4,22 @@
 
 override PIXEL_GROUP: u32 = 8u; // threads per workgroup side
 override DEPTH_SPACINGS: f32;
-override NORMAL_COSINE: f32;
+override NORMAL_DIFFERENCE: f32;
 
 struct SmoothParams {
     pinhole: Pinhole,
     rows: vec2u,        // first row, and one past the last
     first_pixel: u32,   // number of the bindings' first pixel, row by row
     reach: i32,         // of the window, pixels
-    falloff: f32,       // -1 / (2 sigma^2)
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: SmoothParams;
 @group(0) @binding(1) var<storage, read> surface: array<vec4f>;
 @group(0) @binding(2) var<storage, read> albedo: array<vec4f>;
 @group(0) @binding(3) var<storage, read> material: array<vec4f>;
-@group(0) @binding(4) var<storage, read_write> smoothed: array<vec4f>;
+// The Gaussian over a pixel's neighbours, row by row.
+@group(0) @binding(4) var<storage, read> gaussian: array<f32>;
+@group(0) @binding(5) var<storage, read_write> smoothed: array<vec4f>;
 
 @compute @workgroup_size(PIXEL_GROUP, PIXEL_GROUP)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -62,11 +60,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let carried_here = plane_depth(other.xyz, other_direction, other.w, direction) - depth;
             let carried_there = other.w - plane_depth(normal, direction, depth, other_direction);
             let offset = 0.5 * (carried_here + carried_there);
-            if abs(offset) > limit || dot3(normal, other.xyz) < NORMAL_COSINE {
-                continue;
-            }
-            let similar = 1.0 - (offset / limit) * (offset / limit);
-            let weight = exp(f32(dx * dx + dy * dy) * params.falloff) * similar * similar;
+            let bend = other.xyz - normal;
+            let turn = dot3(bend, bend) / (NORMAL_DIFFERENCE * NORMAL_DIFFERENCE);
+            let apart = (offset / limit) * (offset / limit);
+            let similar = max(1.0 - turn, 0.0) * max(1.0 - apart, 0.0);
+            let near = gaussian[(dy + params.reach) * (2 * params.reach + 1) + dx + params.reach];
+            let weight = near * similar * similar;
             normals += other.xyz * weight;
             offsets += offset * weight;
             weights += weight;

@@ -1,4 +1,4 @@
-// Sums the attributes of all fragments within a tolerance behind the nearest, in fixed point.
+// Sums the attributes of all fragments within a tolerance of the nearest, in fixed point.
 // One thread per surfel. CPU twin: `visibility` in src/gbuffer/visibility.rs.
 #import disc
 #import depth_key
@@ -62,7 +62,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             }
             let depth = key_depth(bitcast<u32>(f.depth));
             let front = key_depth(key);
-            if depth > front + d.tolerance {
+            if abs(depth - front) > d.tolerance {
                 continue;
             }
             let inverse_front = 1.0 / front;

@@ -11,6 +11,8 @@ pub mod gi;
 pub mod grid;
 pub mod image;
 pub mod job;
+pub mod measure;
+pub mod output;
 pub mod plan;
 pub mod renderer;
 pub mod scene;

@@ -32,6 +32,76 @@ pub struct Products {
     pub wall_ms: f64,
 }
 
+/// Where a scene is to be rendered.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum BackendChoice {
+    /// A hardware GPU; without one, the processor.
+    #[default]
+    Auto,
+    /// A GPU, of this name where one is given; a software adapter where there is no other.
+    Gpu(Option<String>),
+    /// The processor.
+    Cpu,
+}
+
+/// A scene on a backend.
+pub struct Renderer {
+    session: AnySession,
+}
+
+enum AnySession {
+    Cpu(Session<Cpu>),
+}
+
+impl Renderer {
+    /// Brings the surfels to the backend of the choice.
+    ///
+    /// # Errors
+    /// [`Error::NoAdapter`] where a GPU is asked for and there is none; [`Error::Gpu`] and [`Error::Memory`] where it
+    /// cannot hold the surfels.
+    pub fn new(choice: &BackendChoice, surfels: &Arc<Surfels>) -> Result<Self> {
+        let session = match choice {
+            BackendChoice::Auto | BackendChoice::Cpu => {
+                AnySession::Cpu(Session::new(Cpu::default(), surfels)?)
+            }
+            BackendChoice::Gpu(_) => {
+                return Err(Error::NoAdapter("there is no GPU backend yet".into()));
+            }
+        };
+        Ok(Self { session })
+    }
+
+    /// "cpu" or "gpu".
+    pub fn backend(&self) -> &'static str {
+        match &self.session {
+            AnySession::Cpu(s) => s.backend.name(),
+        }
+    }
+
+    /// The adapter's name, where there is one.
+    pub fn adapter(&self) -> Option<String> {
+        match &self.session {
+            AnySession::Cpu(s) => s.backend.adapter(),
+        }
+    }
+
+    /// Renders one frame and brings it to main memory.
+    ///
+    /// # Errors
+    /// What the backend meets, or [`Error::Cancelled`].
+    pub fn render(
+        &mut self,
+        view: &View,
+        plan: &Plan,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<Products> {
+        match &mut self.session {
+            AnySession::Cpu(s) => s.render(view, plan, settings, job),
+        }
+    }
+}
+
 /// A backend with the surfels it shows.
 struct Session<B: Backend> {
     backend: B,

@@ -12,7 +12,7 @@ use naga::{AddressSpace, Module, TypeInner};
 const MAX_STORAGE_BUFFERS: usize = 8;
 const MAX_INVOCATIONS: f64 = 256.0;
 
-pub fn tests() -> Vec<Trial> {
+pub(crate) fn tests() -> Vec<Trial> {
     let test = |name: &str, check: fn()| {
         Trial::test(format!("shaders::{name}"), move || {
             check();

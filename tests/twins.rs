@@ -41,7 +41,7 @@ fn gpu() -> MutexGuard<'static, Gpu> {
     gpu.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-pub fn tests() -> Vec<Trial> {
+pub(crate) fn tests() -> Vec<Trial> {
     let missing = GPU.is_none() && std::env::var("CATOPTRIC_GPU").as_deref() != Ok("require");
     let test = |name: &str, check: fn()| {
         let run = move || {
@@ -190,8 +190,10 @@ fn spot() -> SpotLight {
 /// What differs between two lists by more than `tolerance` (of the larger, or 1); `None` where nothing does.
 fn difference(got: &[Vec4], expected: &[Vec4], tolerance: f32) -> Option<String> {
     assert_eq!(got.len(), expected.len(), "as many values");
+    // What is no number is off, too.
     let off = |a: Vec4, b: Vec4| {
-        !((a - b).abs().max_element() <= tolerance * b.abs().max_element().max(1.0))
+        let limit = tolerance * b.abs().max_element().max(1.0);
+        !(a - b).abs().cmple(Vec4::splat(limit)).all()
     };
     let wrong: Vec<_> = (0..got.len())
         .filter(|&i| off(got[i], expected[i]))
@@ -291,7 +293,7 @@ fn sums_are_equal_to_the_last_bit() {
     let gpu = &mut gpu();
     let (got, expected) = accumulated(gpu);
     let seen = expected.counts.values().iter().filter(|&&n| n > 0).count();
-    assert!(seen > 500, "the picture shows something: {seen} pixels");
+    assert!(seen > 400, "the picture shows something: {seen} pixels");
     let wrong = wrong_pixels(&got, &expected);
     // A graphics card may contract a product and a sum into one rounding; a software adapter does not.
     let allowed = if gpu.device().is_software() {
@@ -359,7 +361,12 @@ fn light_maps_are_equal_to_the_last_bit() {
     } else {
         got.len() / 2
     };
-    assert!(wrong <= allowed, "{wrong} of {} texels differ", got.len());
+    let first = (got.iter().zip(expected.keys.values())).find(|(a, b)| a != b);
+    assert!(
+        wrong <= allowed,
+        "{wrong} of {} texels differ, such as {first:x?}",
+        got.len()
+    );
 }
 
 fn filling_agrees_and_counts_the_same_pixels() {
@@ -375,12 +382,23 @@ fn filling_agrees_and_counts_the_same_pixels() {
     let mut expected = cpu
         .splat(&points, &pinhole(UVec2::new(74, 42)), &settings)
         .expect("a G-buffer");
+    // What lies far behind its neighbours is a leak; of two side by side none is.
+    let size = expected.size();
+    for pixel in [(10, 8), (11, 30), (40, 8), (41, 8), (0, 0)] {
+        let index = pixel.1 * size.x as usize + pixel.0;
+        expected.surface.values_mut()[index].w *= 4.0;
+    }
     let mut got = bring_gbuffer(gpu, &expected);
+    let before = expected.material.clone();
     let counted = cpu.fill(&mut expected, &settings).expect("filled");
     assert!(
         counted.filled > counted.splatted,
         "there are holes to fill: {counted:?}"
     );
+    let leaks = (before.values().iter().zip(expected.material.values()))
+        .filter(|(before, after)| before.w == 1.0 && after.w != 1.0)
+        .count();
+    assert!(leaks > 0, "there are leaks to close");
     assert_eq!(
         gpu.fill(&mut got, &settings).expect("filled"),
         counted,
@@ -521,7 +539,7 @@ fn picture<B: Backend>(backend: &mut B, surfels: &Arc<Surfels>, size: UVec2) -> 
         .expect("a G-buffer");
     backend.fill(&mut seen, &settings).expect("filled");
     let map = backend
-        .light_map(&points, &spot().pinhole(256, 10.0), &settings)
+        .light_map(&points, &spot().pinhole(170, 10.0), &settings)
         .expect("a map");
     let lit = backend
         .shade(
@@ -548,8 +566,10 @@ fn whole_pictures_agree() {
     let expected = picture(&mut Cpu::default(), &surfels, size);
     let got = picture(&mut *gpu(), &surfels, size);
     let shown = |v: Vec4| Vec4::new(srgb(v.x), srgb(v.y), srgb(v.z), v.w);
-    let off =
-        |(a, b): (&Vec4, &Vec4)| !((shown(*a) - shown(*b)).abs().max_element() <= 1.0 / 255.0);
+    let off = |(a, b): (&Vec4, &Vec4)| {
+        let difference = (shown(*a) - shown(*b)).abs();
+        !difference.cmple(Vec4::splat(1.0 / 255.0)).all()
+    };
     let wrong = got.iter().zip(&expected).filter(|p| off(*p)).count();
     assert!(
         wrong * 10_000 <= expected.len(),

@@ -4,7 +4,7 @@
 
 override EDGE_ON_COSINE_SQUARED: f32;
 override MAX_TOLERANCE_SLOPE: f32;
-override MIN_HALF_WIDTH: f32; // pixels
+override RIM: f32;
 override BOUNDS_SLACK: f32;   // pixels
 
 struct Disc {
@@ -13,7 +13,7 @@ struct Disc {
     plane: vec3f,        // 1 / depth is linear in the ray's slopes with these factors
     half_squared: f32,
     inverse_half_squared: f32,
-    tolerance: f32,      // a fragment this far behind the nearest is still blended
+    tolerance: f32,      // a fragment this far from the nearest is still blended
     mirror: bool,        // the front of a mirror
     behind: bool,        // seen from behind
     first: vec2u,        // pixels that it may cover
@@ -53,7 +53,7 @@ fn disc(place: vec4f, finish: vec4u, params: SplatParams) -> Disc {
     if !(cosine_squared >= EDGE_ON_COSINE_SQUARED) {
         return d;
     }
-    let half = max(params.size * place.w, MIN_HALF_WIDTH * centre.z * pinhole.inverse_focal);
+    let half = max(params.size * place.w, params.min_half_width * centre.z * pinhole.inverse_focal);
 
     // Pixels under the box around the disc.
     let reach = vec3f(extent(half, normal.x), extent(half, normal.y), extent(half, normal.z));

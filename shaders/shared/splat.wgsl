@@ -9,5 +9,5 @@ struct SplatParams {
     end_point: u32,
     size: f32,              // half width of a splat over the surfel's radius
     depth_tolerance: f32,   // over the surfel's radius
-    pad: u32,
+    min_half_width: f32,    // pixels; not a constant, which a compiler might multiply in another order
 }

@@ -17,6 +17,10 @@ pub const EDGE_ON_COSINE_SQUARED: f32 = 4e-4;
 /// Largest tangent that widens the depth tolerance.
 pub const MAX_TOLERANCE_SLOPE: f32 = 8.0;
 
+/// Squared distance from the centre, over the squared half width, at which a disc's rim begins (0.9 of the half width):
+/// what is left covers a surface of random points but for three pixels in a thousand, which pass `leak` finds.
+pub const RIM: f32 = 0.81;
+
 /// Half width below which a disc could slip between pixel centres, pixels: half a pixel's diagonal.
 pub const MIN_HALF_WIDTH: f32 = 0.71;
 
@@ -134,7 +138,7 @@ impl Disc {
         let along = normal.x * centre.x + normal.y * centre.y + normal.z * centre.z;
         let distance_squared = centre.x * centre.x + centre.y * centre.y + centre.z * centre.z;
         let cosine_squared = along * along / distance_squared;
-        if !(cosine_squared >= EDGE_ON_COSINE_SQUARED) {
+        if cosine_squared < EDGE_ON_COSINE_SQUARED || cosine_squared.is_nan() {
             return None;
         }
         let half = half_width(place.radius, centre.z, pinhole, settings);

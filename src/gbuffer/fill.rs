@@ -7,18 +7,19 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::average::Pixel;
+use super::leak::leak;
 use super::{Coverage, GBuffer, SplatSettings, column_row};
 use crate::backend::cpu::Cpu;
 
-/// Neighbours that must show something: a hole is enclosed by at least these many of its eight, so that silhouettes do
-/// not grow.
+/// Neighbours that must show something, of eight (at the picture's border in proportion): a hole is enclosed, so that
+/// silhouettes do not grow.
 pub const MIN_NEIGHBOURS: usize = 5;
 
 /// Two neighbours agree where their planes meet the hole's ray within this many spacings.
 pub const AGREE_SPACINGS: f32 = 4.0;
 
 /// The eight neighbours, row by row.
-const NEIGHBOURS: [(i32, i32); 8] = [
+pub const NEIGHBOURS: [(i32, i32); 8] = [
     (-1, -1),
     (0, -1),
     (1, -1),
@@ -42,63 +43,97 @@ pub fn plane_depth(normal: Vec3, direction: Vec3, depth: f32, towards: Vec3) -> 
     }
 }
 
+/// A neighbour of a pixel, and the depth at which its plane meets the pixel's ray.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Neighbour {
+    /// What it shows.
+    pub pixel: Pixel,
+    /// Along the axis, on the ray of the pixel whose neighbour it is.
+    pub depth: f32,
+}
+
+/// The neighbours of a pixel that show something.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Neighbours {
+    all: [Neighbour; 8],
+    count: usize,
+}
+
+impl Neighbours {
+    /// Those that show something, row by row.
+    pub fn as_slice(&self) -> &[Neighbour] {
+        &self.all[..self.count]
+    }
+}
+
+/// The neighbours of column `x`, row `y` that were valid before ring `ring`.
+pub fn neighbours(gbuffer: &GBuffer<Cpu>, ring: u32, x: i32, y: i32) -> Neighbours {
+    let towards = gbuffer.direction(x, y);
+    let mut seen = Neighbours::default();
+    for (dx, dy) in NEIGHBOURS {
+        let (u, v) = (x + dx, y + dy);
+        if let Some(pixel) = gbuffer.at(u, v).filter(|p| p.material.w <= ring as f32) {
+            let normal = pixel.surface.truncate();
+            let depth = plane_depth(normal, gbuffer.direction(u, v), pixel.surface.w, towards);
+            seen.all[seen.count] = Neighbour { pixel, depth };
+            seen.count += 1;
+        }
+    }
+    seen
+}
+
+/// Whether two neighbours show one surface.
+fn agree(a: &Neighbour, b: &Neighbour) -> bool {
+    (a.pixel.albedo.w > 0.0) == (b.pixel.albedo.w > 0.0)
+        && (a.depth - b.depth).abs() <= AGREE_SPACINGS * a.pixel.material.z
+}
+
+/// The neighbour on whose surface most agree (the nearer where two have as many), and their number.
+pub fn vote(seen: &[Neighbour]) -> (Neighbour, usize) {
+    let mut best = (
+        Neighbour {
+            depth: f32::INFINITY,
+            ..Neighbour::default()
+        },
+        0,
+    );
+    for candidate in seen {
+        let votes = seen.iter().filter(|other| agree(candidate, other)).count();
+        if votes > best.1 || (votes == best.1 && candidate.depth < best.0.depth) {
+            best = (*candidate, votes);
+        }
+    }
+    best
+}
+
 /// What fills the empty pixel at column `x`, row `y` from pixels that are valid before ring `ring`; `None` where it stays
 /// empty.
 fn fill_pixel(gbuffer: &GBuffer<Cpu>, ring: u32, x: i32, y: i32) -> Option<Pixel> {
-    let towards = gbuffer.direction(x, y);
-
-    // Each neighbour's plane on this pixel's ray.
-    let mut seen = [(Pixel::default(), 0f32); 8];
-    let mut count = 0;
-    for (dx, dy) in NEIGHBOURS {
-        let (u, v) = (x + dx, y + dy);
-        let Some(neighbour) = gbuffer.at(u, v).filter(|p| p.material.w <= ring as f32) else {
-            continue;
-        };
-        let normal = neighbour.surface.truncate();
-        let depth = plane_depth(
-            normal,
-            gbuffer.direction(u, v),
-            neighbour.surface.w,
-            towards,
-        );
-        seen[count] = (neighbour, depth);
-        count += 1;
-    }
-    if count < MIN_NEIGHBOURS {
+    let seen = neighbours(gbuffer, ring, x, y);
+    let seen = seen.as_slice();
+    let inside = |x: i32, y: i32| gbuffer.material.get(x as usize, y as usize).is_some();
+    let existing = NEIGHBOURS
+        .iter()
+        .filter(|(dx, dy)| inside(x + dx, y + dy))
+        .count();
+    if seen.len() * 8 < MIN_NEIGHBOURS * existing {
         return None;
     }
-    let seen = &seen[..count];
-
-    // The surface on which most neighbours agree; the nearer where two have as many.
-    let agree = |a: &(Pixel, f32), b: &(Pixel, f32)| {
-        (a.0.albedo.w > 0.0) == (b.0.albedo.w > 0.0)
-            && (a.1 - b.1).abs() <= AGREE_SPACINGS * a.0.material.z
-    };
-    let mut best = (0, f32::INFINITY, 0);
-    for (i, candidate) in seen.iter().enumerate() {
-        let votes = seen.iter().filter(|other| agree(candidate, other)).count();
-        if votes > best.0 || (votes == best.0 && candidate.1 < best.1) {
-            best = (votes, candidate.1, i);
-        }
-    }
-    let chosen = seen[best.2];
-
-    // Their mean.
+    let (chosen, votes) = vote(seen);
     let (mut normal, mut depth, mut albedo, mut material) =
         (Vec3::ZERO, 0.0, Vec4::ZERO, Vec4::ZERO);
     for voter in seen.iter().filter(|other| agree(&chosen, other)) {
-        normal += voter.0.surface.truncate();
-        depth += voter.1;
-        albedo += voter.0.albedo;
-        material += voter.0.material;
+        normal += voter.pixel.surface.truncate();
+        depth += voter.depth;
+        albedo += voter.pixel.albedo;
+        material += voter.pixel.material;
     }
-    let inverse = 1.0 / best.0 as f32;
+    let inverse = 1.0 / votes as f32;
     let length = (normal.x * normal.x + normal.y * normal.y + normal.z * normal.z).sqrt();
     let normal = if length > 1e-6 {
         normal / length
     } else {
-        chosen.0.surface.truncate()
+        chosen.pixel.surface.truncate()
     };
     Some(Pixel {
         surface: normal.extend(depth * inverse),
@@ -107,14 +142,15 @@ fn fill_pixel(gbuffer: &GBuffer<Cpu>, ring: u32, x: i32, y: i32) -> Option<Pixel
     })
 }
 
-/// Fills holes ring by ring, and counts what is covered.
+/// Empties leaks, fills holes ring by ring, and counts what is covered.
 pub fn fill(gbuffer: &mut GBuffer<Cpu>, settings: &SplatSettings) -> Coverage {
     let width = gbuffer.material.width();
     let valid =
         |g: &GBuffer<Cpu>| g.material.values().par_iter().filter(|m| m.w > 0.0).count() as u64;
     let pixels = gbuffer.material.values().len() as u64;
     let splatted = valid(gbuffer);
-    if splatted < pixels {
+    if settings.fill > 0 {
+        leak(gbuffer);
         for ring in 1..=settings.fill {
             let filled: Vec<(usize, Pixel)> = (gbuffer.material.values().par_iter().enumerate())
                 .filter(|(_, m)| m.w == 0.0)

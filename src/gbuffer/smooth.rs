@@ -4,13 +4,14 @@
 //! both pixels' planes carried them over, which is exact to second order on a curved surface, so nothing is flattened
 //! before the normals are.
 
-use glam::Vec3;
+use glam::{UVec2, Vec3};
 use rayon::prelude::*;
 
 use super::average::Pixel;
 use super::fill::plane_depth;
 use super::{GBuffer, SplatSettings, column_row};
 use crate::backend::cpu::Cpu;
+use crate::grid::Grid;
 
 /// The window reaches this many standard deviations.
 pub const REACH: f32 = 2.5;
@@ -18,21 +19,25 @@ pub const REACH: f32 = 2.5;
 /// Depths farther apart than this many spacings belong to different surfaces.
 pub const DEPTH_SPACINGS: f32 = 4.0;
 
-/// Normals farther apart than this cosine belong to different surfaces (37 degrees).
-pub const NORMAL_COSINE: f32 = 0.8;
+/// Normals farther apart than this do not smooth each other (6 degrees, as the length of their difference): splats leave
+/// a tenth of that in noise, and towards a silhouette normals turn faster than a window may average.
+pub const NORMAL_DIFFERENCE: f32 = 0.1;
 
 /// The smoothed surface of the mirror pixel at column `x`, row `y`; `None` where it is none.
-fn smooth_pixel(gbuffer: &GBuffer<Cpu>, sigma: f32, x: i32, y: i32) -> Option<Pixel> {
+fn smooth_pixel(gbuffer: &GBuffer<Cpu>, window: &Grid<f32>, x: i32, y: i32) -> Option<Pixel> {
     let here = gbuffer.at(x, y).filter(|p| p.albedo.w > 0.0)?;
     let (normal, depth) = (here.surface.truncate(), here.surface.w);
     let direction = gbuffer.direction(x, y);
     let limit = DEPTH_SPACINGS * here.material.z;
-    let reach = (REACH * sigma).ceil() as i32;
-    let falloff = -0.5 / (sigma * sigma);
+    let reach = (window.width() / 2) as i32;
+    let mut weights_here = window.values().iter();
     let (mut normals, mut offsets, mut weights) = (Vec3::ZERO, 0.0, 0.0);
     for dy in -reach..=reach {
         for dx in -reach..=reach {
             let (u, v) = (x + dx, y + dy);
+            let Some(near) = weights_here.next() else {
+                continue;
+            };
             let Some(there) = gbuffer.at(u, v).filter(|p| p.albedo.w > 0.0) else {
                 continue;
             };
@@ -43,11 +48,10 @@ fn smooth_pixel(gbuffer: &GBuffer<Cpu>, sigma: f32, x: i32, y: i32) -> Option<Pi
             let carried_there =
                 other_depth - plane_depth(normal, direction, depth, other_direction);
             let offset = 0.5 * (carried_here + carried_there);
-            if offset.abs() > limit || normal.dot(other) < NORMAL_COSINE {
-                continue;
-            }
-            let similar = 1.0 - (offset / limit) * (offset / limit);
-            let weight = ((dx * dx + dy * dy) as f32 * falloff).exp() * similar * similar;
+            let turn = (other - normal).length_squared() / (NORMAL_DIFFERENCE * NORMAL_DIFFERENCE);
+            let apart = (offset / limit) * (offset / limit);
+            let similar = (1.0 - turn).max(0.0) * (1.0 - apart).max(0.0);
+            let weight = near * similar * similar;
             normals += other * weight;
             offsets += offset * weight;
             weights += weight;
@@ -60,14 +64,28 @@ fn smooth_pixel(gbuffer: &GBuffer<Cpu>, sigma: f32, x: i32, y: i32) -> Option<Pi
     })
 }
 
+/// The Gaussian over a pixel's neighbours, row by row.
+pub fn window(sigma: f32) -> Grid<f32> {
+    let reach = (REACH * sigma).ceil();
+    let side = 2 * reach as u32 + 1;
+    let mut window = Grid::new(UVec2::splat(side), 0.0);
+    for (i, weight) in window.values_mut().iter_mut().enumerate() {
+        let (x, y) = column_row(i, side as usize);
+        let (dx, dy) = (x as f32 - reach, y as f32 - reach);
+        *weight = (-0.5 * (dx * dx + dy * dy) / (sigma * sigma)).exp();
+    }
+    window
+}
+
 /// Smooths the surface of every mirror pixel.
 pub fn smooth(gbuffer: &mut GBuffer<Cpu>, settings: &SplatSettings) {
+    let window = window(settings.smooth);
     let width = gbuffer.albedo.width();
     let smoothed: Vec<(usize, Pixel)> = (gbuffer.albedo.values().par_iter().enumerate())
         .filter(|(_, a)| a.w > 0.0)
         .filter_map(|(i, _)| {
             let (x, y) = column_row(i, width);
-            smooth_pixel(gbuffer, settings.smooth, x, y).map(|p| (i, p))
+            smooth_pixel(gbuffer, &window, x, y).map(|p| (i, p))
         })
         .collect();
     gbuffer.put(smoothed);

@@ -45,7 +45,7 @@ impl Area {
     }
 
     /// Values in all.
-    pub fn len(&self) -> usize {
+    pub fn values(&self) -> usize {
         self.stride * (self.rect.y1 - self.rect.y0) as usize
     }
 
@@ -104,13 +104,13 @@ impl Tile {
     /// An empty tile over `rect`.
     pub fn reset(&mut self, rect: PixelRect) {
         self.area = Area::new(rect);
-        refill(&mut self.keys, self.area.len(), EMPTY);
+        refill(&mut self.keys, self.area.values(), EMPTY);
     }
 
     /// Readies the tile for counting and summing.
     pub fn expect_sums(&mut self) {
-        refill(&mut self.counts, self.area.len(), 0);
-        refill(&mut self.sums, self.area.len(), Sums::default());
+        refill(&mut self.counts, self.area.values(), 0);
+        refill(&mut self.sums, self.area.values(), Sums::default());
     }
 
     /// Computes per pixel what [`super::visibility`] needs of the nearest fragment.

@@ -1,4 +1,4 @@
-//! Pass `visibility`: the attributes of all fragments within a tolerance behind the nearest are summed. CPU twin of
+//! Pass `visibility`: the attributes of all fragments within a tolerance of the nearest are summed. CPU twin of
 //! `shaders/visibility.wgsl`.
 //!
 //! Sums are integers, so that their order cannot matter: a fragment's weight times attribute is scaled by a power of two
@@ -75,7 +75,10 @@ pub fn visibility(tile: &mut Tile, discs: &[Disc], pinhole: &Pinhole) {
             let key = keys[pixel];
             let [scale, front, inverse_front] = fronts[pixel];
             let depth = f32::from_bits(depth.to_bits() & !1);
-            if key == EMPTY || (key & 1 == 1) != disc.mirror || depth > front + disc.tolerance {
+            if key == EMPTY
+                || (key & 1 == 1) != disc.mirror
+                || (depth - front).abs() > disc.tolerance
+            {
                 return;
             }
             let s = weight(distance * disc.inverse_half_squared) * scale;

@@ -257,6 +257,11 @@ impl<T: Pod> GpuGrid<T> {
         self.size
     }
 
+    /// Every pixel.
+    pub(super) fn whole(&self) -> Binding {
+        self.part(&(0..self.size.x * self.size.y))
+    }
+
     /// The pixels `pixels` (their numbers row by row; the first a multiple of 64).
     pub(super) fn part(&self, pixels: &Range<u32>) -> Binding {
         let element = size_of::<T>() as u64;

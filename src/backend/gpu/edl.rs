@@ -4,7 +4,7 @@ use glam::{UVec2, Vec4};
 
 use super::Gpu;
 use super::buffers::GpuGrid;
-use super::kernel::{Pass, Threads};
+use super::kernel::Pass;
 use super::layout::{gpu_layout, gpu_struct};
 use super::shaders::EDL;
 use super::windows::{Need, windows};
@@ -63,10 +63,7 @@ impl Gpu {
                 .read(gbuffer.albedo.part(&window.pixels))
                 .read(gbuffer.material.part(&window.pixels))
                 .write(picture.part(&window.pixels))
-                .dispatch(Threads::Pixels(UVec2::new(
-                    size.x,
-                    window.rows.end - window.rows.start,
-                )))?;
+                .dispatch(window.threads(size))?;
         }
         pass.finish(&mut self.timings)?;
         Ok(picture)

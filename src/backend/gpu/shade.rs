@@ -5,7 +5,7 @@ use glam::{UVec2, Vec3, Vec4};
 
 use super::Gpu;
 use super::buffers::{Binding, GpuGrid};
-use super::kernel::{Pass, Threads};
+use super::kernel::Pass;
 use super::layout::{gpu_layout, gpu_struct};
 use super::shaders::SHADE;
 use super::windows::{Need, windows};
@@ -57,7 +57,7 @@ fn split_map(keys: &GpuGrid<u32>, limits: &wgpu::Limits) -> Result<(Binding, Bin
     let held =
         (limits.max_storage_buffer_binding_size / 4).min(u64::from(u32::MAX)) as u32 / 256 * 256;
     if texels <= held {
-        return Ok((keys.part(&(0..texels)), keys.part(&(0..texels)), u32::MAX));
+        return Ok((keys.whole(), keys.whole(), u32::MAX));
     }
     if texels - held > held {
         let (needed, budget) = (u64::from(texels) * 4, u64::from(held) * 8);
@@ -102,11 +102,7 @@ impl Gpu {
         }
         if spots.is_empty() {
             dark.upload(&[EMPTY])?;
-            spots.push((
-                ShadeParams::zeroed(),
-                dark.part(&(0..1)),
-                dark.part(&(0..1)),
-            ));
+            spots.push((ShadeParams::zeroed(), dark.whole(), dark.whole()));
         }
 
         let mut pass = Pass::new("shade", &self.device, &self.pool, self.stamps.as_ref());
@@ -134,10 +130,7 @@ impl Gpu {
                     .read(low.clone())
                     .read(high.clone())
                     .write(radiance.part(&window.pixels))
-                    .dispatch(Threads::Pixels(UVec2::new(
-                        pinhole.size.x,
-                        params.rows.y - params.rows.x,
-                    )))?;
+                    .dispatch(window.threads(pinhole.size))?;
             }
         }
         pass.finish(&mut self.timings)?;

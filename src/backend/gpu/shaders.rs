@@ -1,7 +1,7 @@
 //! The table of shaders, and the linker that puts `#import`s into them.
 
 use super::edl::EdlParams;
-use super::fill::{CoverageParams, FillParams};
+use super::fill::{CoverageParams, RingParams};
 use super::kernel::{PIXEL_GROUP, POINT_GROUP};
 use super::layout::{GpuStruct, Layout};
 use super::shade::ShadeParams;
@@ -10,11 +10,10 @@ use super::splat::{ClearParams, SplatParams};
 use crate::camera::Pinhole;
 use crate::cloud::SHININESS_LOG_RANGE;
 use crate::error::{Error, Result};
-use crate::gbuffer::disc::{
-    BOUNDS_SLACK, EDGE_ON_COSINE_SQUARED, MAX_TOLERANCE_SLOPE, MIN_HALF_WIDTH,
-};
+use crate::gbuffer::disc::{BOUNDS_SLACK, EDGE_ON_COSINE_SQUARED, MAX_TOLERANCE_SLOPE, RIM};
 use crate::gbuffer::fill::{AGREE_SPACINGS, MIN_NEIGHBOURS};
-use crate::gbuffer::smooth::{DEPTH_SPACINGS, NORMAL_COSINE};
+use crate::gbuffer::leak::LEAK_NEIGHBOURS;
+use crate::gbuffer::smooth::{DEPTH_SPACINGS, NORMAL_DIFFERENCE};
 use crate::gi::shade::RECEIVER_COSINE;
 
 /// One kernel's source. Its name is the file's, the label in a profile and the row in the report.
@@ -47,13 +46,14 @@ macro_rules! shared {
 
 const POINT: (&str, f64) = ("POINT_GROUP", POINT_GROUP as f64);
 const PIXEL: (&str, f64) = ("PIXEL_GROUP", PIXEL_GROUP as f64);
+const AGREE: (&str, f64) = ("AGREE_SPACINGS", AGREE_SPACINGS as f64);
 
 /// Constants of `shared/disc.wgsl`, and the workgroup.
 const DISC: &[(&str, f64)] = &[
     POINT,
     ("EDGE_ON_COSINE_SQUARED", EDGE_ON_COSINE_SQUARED as f64),
     ("MAX_TOLERANCE_SLOPE", MAX_TOLERANCE_SLOPE as f64),
-    ("MIN_HALF_WIDTH", MIN_HALF_WIDTH as f64),
+    ("RIM", RIM as f64),
     ("BOUNDS_SLACK", BOUNDS_SLACK as f64),
 ];
 
@@ -80,7 +80,11 @@ shader! {
 
 shader! {
     /// Closes one ring of small holes.
-    FILL = "fill", &[PIXEL, ("MIN_NEIGHBOURS", MIN_NEIGHBOURS as f64), ("AGREE_SPACINGS", AGREE_SPACINGS as f64)]
+    FILL = "fill", &[PIXEL, AGREE, ("MIN_NEIGHBOURS", MIN_NEIGHBOURS as f64)]
+}
+shader! {
+    /// Marks single pixels through which the background shows.
+    LEAK = "leak", &[PIXEL, AGREE, ("LEAK_NEIGHBOURS", LEAK_NEIGHBOURS as f64)]
 }
 shader! {
     /// Counts the pixels that show something.
@@ -88,7 +92,7 @@ shader! {
 }
 shader! {
     /// Smooths the normals and depths of mirrors.
-    SMOOTH = "smooth", &[PIXEL, ("DEPTH_SPACINGS", DEPTH_SPACINGS as f64), ("NORMAL_COSINE", NORMAL_COSINE as f64)]
+    SMOOTH = "smooth", &[PIXEL, ("DEPTH_SPACINGS", DEPTH_SPACINGS as f64), ("NORMAL_DIFFERENCE", NORMAL_DIFFERENCE as f64)]
 }
 shader! {
     /// Adds the light of one spot.
@@ -103,8 +107,10 @@ shader! {
 pub const SHARED: &[(&str, &str)] = shared![
     "depth_key",
     "disc",
+    "neighbours",
     "pinhole",
     "plane_depth",
+    "ring",
     "splat",
     "surfel"
 ];
@@ -116,6 +122,7 @@ pub const SHADERS: &[Shader] = &[
     LIGHT_DEPTH,
     VISIBILITY,
     AVERAGE,
+    LEAK,
     FILL,
     COVERAGE,
     SMOOTH,
@@ -128,7 +135,7 @@ pub const LAYOUTS: &[Layout] = &[
     Pinhole::LAYOUT,
     SplatParams::LAYOUT,
     ClearParams::LAYOUT,
-    FillParams::LAYOUT,
+    RingParams::LAYOUT,
     CoverageParams::LAYOUT,
     SmoothParams::LAYOUT,
     ShadeParams::LAYOUT,

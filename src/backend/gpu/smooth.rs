@@ -1,17 +1,16 @@
 //! Pass `smooth` on the device. Twin: `src/gbuffer/smooth.rs`.
 
-use bytemuck::Zeroable;
 use glam::{UVec2, Vec4};
 
 use super::Gpu;
 use super::buffers::GpuGrid;
-use super::kernel::{Pass, Threads};
+use super::kernel::Pass;
 use super::layout::{gpu_layout, gpu_struct};
 use super::shaders::SMOOTH;
 use super::windows::{Need, windows};
 use crate::camera::Pinhole;
 use crate::error::Result;
-use crate::gbuffer::smooth::REACH;
+use crate::gbuffer::smooth::window;
 use crate::gbuffer::{GBuffer, SplatSettings};
 
 gpu_struct! {
@@ -25,14 +24,6 @@ gpu_struct! {
         first_pixel: u32,
         /// Of the window, pixels.
         reach: i32,
-        /// -1 / (2 sigma^2).
-        falloff: f32,
-        /// The struct's size is a multiple of 16.
-        pad0: u32,
-        /// As `pad0`.
-        pad1: u32,
-        /// As `pad0`.
-        pad2: u32,
     }
 }
 
@@ -46,7 +37,10 @@ impl Gpu {
         let pinhole = gbuffer.pinhole;
         let kernel = self.kernels.get(&self.device, &SMOOTH)?;
         let smoothed = GpuGrid::<Vec4>::new(&self.pool, pinhole.size)?;
-        let reach = (REACH * settings.smooth).ceil() as u32;
+        let window = window(settings.smooth);
+        let gaussian = GpuGrid::<f32>::new(&self.pool, window.size())?;
+        gaussian.upload(window.values())?;
+        let reach = window.size().x / 2;
         let side = u64::from(2 * reach + 1);
         let need = Need {
             halo: reach,
@@ -60,18 +54,14 @@ impl Gpu {
                 rows: UVec2::new(window.rows.start, window.rows.end),
                 first_pixel: window.pixels.start,
                 reach: reach as i32,
-                falloff: -0.5 / (settings.smooth * settings.smooth),
-                ..SmoothParams::zeroed()
             };
             pass.compute(&kernel, &params)
                 .read(gbuffer.surface.part(&window.pixels))
                 .read(gbuffer.albedo.part(&window.pixels))
                 .read(gbuffer.material.part(&window.pixels))
+                .read(gaussian.whole())
                 .write(smoothed.part(&window.pixels))
-                .dispatch(Threads::Pixels(UVec2::new(
-                    pinhole.size.x,
-                    window.rows.end - window.rows.start,
-                )))?;
+                .dispatch(window.threads(pinhole.size))?;
         }
         pass.finish(&mut self.timings)?;
         gbuffer.surface = smoothed;

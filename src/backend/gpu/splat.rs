@@ -12,6 +12,7 @@ use super::windows::{Need, Window, windows};
 use crate::backend::LightMap;
 use crate::camera::Pinhole;
 use crate::error::Result;
+use crate::gbuffer::disc::MIN_HALF_WIDTH;
 use crate::gbuffer::splat::Accumulated;
 use crate::gbuffer::visibility::Sums;
 use crate::gbuffer::{GBuffer, SplatSettings};
@@ -50,8 +51,8 @@ gpu_struct! {
         size: f32,
         /// Over the surfel's radius.
         depth_tolerance: f32,
-        /// The struct's size is a multiple of 16.
-        pad: u32,
+        /// Half width below which a disc could slip between pixel centres, pixels.
+        min_half_width: f32,
     }
 }
 
@@ -101,6 +102,7 @@ fn window_params(pinhole: &Pinhole, settings: &SplatSettings, window: &Window) -
         first_pixel: window.pixels.start,
         size: settings.size,
         depth_tolerance: settings.depth_tolerance,
+        min_half_width: MIN_HALF_WIDTH,
         ..SplatParams::zeroed()
     }
 }
@@ -126,10 +128,7 @@ impl Gpu {
                 .write(surface.part(&window.pixels))
                 .write(albedo.part(&window.pixels))
                 .write(material.part(&window.pixels))
-                .dispatch(Threads::Pixels(UVec2::new(
-                    pinhole.size.x,
-                    window.rows.end - window.rows.start,
-                )))?;
+                .dispatch(window.threads(pinhole.size))?;
             pass.finish(&mut self.timings)?;
         }
         Ok(GBuffer {

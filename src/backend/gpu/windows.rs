@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use glam::UVec2;
 
+use super::kernel::Threads;
+
 /// Steps of a kernel's inner loop that one submission may take: about 100 ms on a slow graphics card.
 const STEPS: u64 = 1 << 28;
 
@@ -17,6 +19,13 @@ pub(super) struct Window {
     pub(super) rows: Range<u32>,
     /// Pixels in reach, by number, row by row: the rows and their halo.
     pub(super) pixels: Range<u32>,
+}
+
+impl Window {
+    /// A thread per pixel of the rows.
+    pub(super) fn threads(&self, size: UVec2) -> Threads {
+        Threads::Pixels(UVec2::new(size.x, self.rows.end - self.rows.start))
+    }
 }
 
 /// What a kernel needs per pixel.
