@@ -13,11 +13,22 @@ mod generate;
 mod npz;
 mod oracle;
 mod output;
+mod shaders;
+mod support;
+mod twins;
 
 use libtest_mimic::Arguments;
 
 fn main() {
-    let trials =
-        [oracle::tests(), generate::tests(), output::tests()].into_iter().flatten().collect();
+    let trials = [
+        generate::tests(),
+        oracle::tests(),
+        output::tests(),
+        shaders::tests(),
+        twins::tests(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }
