@@ -1,1 +1,11 @@
-fn main() {}
+//! The integration tests, in one binary: a test whose data or device is missing is shown as ignored.
+
+mod scene;
+mod support;
+
+use libtest_mimic::Arguments;
+
+fn main() {
+    let trials = [scene::tests()].into_iter().flatten().collect();
+    libtest_mimic::run(&Arguments::from_args(), trials).exit();
+}
