@@ -1,11 +1,15 @@
 //! The integration tests, in one binary: a test whose data or device is missing is shown as ignored.
 
+mod output;
 mod scene;
 mod support;
 
 use libtest_mimic::Arguments;
 
 fn main() {
-    let trials = [scene::tests()].into_iter().flatten().collect();
+    let trials = [output::tests(), scene::tests()]
+        .into_iter()
+        .flatten()
+        .collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }

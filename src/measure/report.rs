@@ -189,6 +189,18 @@ mod tests {
     }
 
     #[test]
+    fn every_key_is_documented() {
+        let documentation = include_str!("../../docs/OUTPUTS.md");
+        let report = serde_json::to_value(report()).expect("JSON");
+        for (key, _) in report.as_object().expect("an object") {
+            assert!(
+                documentation.contains(&format!("| `{key}` |")),
+                "docs/OUTPUTS.md does not name {key}"
+            );
+        }
+    }
+
+    #[test]
     fn nothing_is_covered_of_nothing() {
         assert_eq!(
             GBufferReport::from(Coverage::default()),

@@ -172,7 +172,7 @@ impl<'a> Field<'a> {
     }
 
     /// The tables of an array of tables; `header` is how the file says one: "[[cloud]]".
-    pub(super) fn tables(&self, header: &str) -> Result<Vec<Field<'a>>> {
+    pub(super) fn tables(&self, header: &str) -> Result<Vec<Self>> {
         match &self.node.value {
             Value::Array(nodes) => Ok(self.elements(nodes)),
             _ => self.must_be(&format!("a list of tables; write {header}")),
@@ -276,14 +276,14 @@ impl<'a> Field<'a> {
     }
 
     /// A list of at least one value.
-    pub(super) fn list(&self, what: &str) -> Result<Vec<Field<'a>>> {
+    pub(super) fn list(&self, what: &str) -> Result<Vec<Self>> {
         match &self.node.value {
             Value::Array(nodes) if !nodes.is_empty() => Ok(self.elements(nodes)),
             _ => self.must_be(what),
         }
     }
 
-    fn elements(&self, nodes: &'a [Node]) -> Vec<Field<'a>> {
+    fn elements(&self, nodes: &'a [Node]) -> Vec<Self> {
         nodes
             .iter()
             .enumerate()
