@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use catoptric::Error;
-use catoptric::cloud::UpAxis;
 use catoptric::cloud::generate::Shape;
-use catoptric::scene::{CloudSource, MirrorShape, Override, Scene, Select, default_camera};
+use catoptric::cloud::{Bounds, Select, UpAxis};
+use catoptric::scene::{CloudSource, MirrorShape, Override, Scene, default_camera};
 use glam::{DVec3, UVec2, Vec2};
 use libtest_mimic::Trial;
 use proptest::prelude::*;
@@ -98,9 +98,14 @@ exposure = 4
 tone_map = "aces"
 "#;
 
+const CUBE: Bounds = Bounds {
+    min: DVec3::NEG_ONE,
+    max: DVec3::ONE,
+};
+
 const SMALL: &str = "format = 1\n[[cloud]]\ngenerate = \"sphere\"\n";
 
-pub fn tests() -> Vec<Trial> {
+pub(crate) fn tests() -> Vec<Trial> {
     vec![
         claim(
             "scene::every_documented_key_is_read",
@@ -204,9 +209,7 @@ fn every_documented_key_is_read() {
     assert_eq!(normal, DVec3::Z, "normals become unit vectors");
     assert_eq!(scene.mirrors[1], sphere(0.44));
     assert!((scene.lights[0].outer_angle - 35f64.to_radians()).abs() < 1e-12);
-    let camera = scene
-        .camera((DVec3::NEG_ONE, DVec3::ONE), UpAxis::Y)
-        .expect("a camera");
+    let camera = scene.camera(CUBE, UpAxis::Y).expect("a camera");
     assert_eq!(
         (camera.position, camera.near, camera.far),
         (DVec3::new(0.0, 0.0, 0.9), 0.05, 10.0)
@@ -676,7 +679,8 @@ fn a_fitted_view_shows_all() {
         (DVec3::ZERO, DVec3::new(0.0, 0.0, 9.0)),
         (DVec3::ONE, DVec3::ONE),
     ];
-    for bounds in boxes {
+    for (min, max) in boxes {
+        let bounds = Bounds { min, max };
         for up in [UpAxis::Y, UpAxis::Z] {
             for size in [UVec2::new(800, 600), UVec2::new(100, 900), UVec2::new(1, 1)] {
                 let camera = default_camera(bounds, up, size);
@@ -684,9 +688,9 @@ fn a_fitted_view_shows_all() {
                 for i in 0..8 {
                     let pick = |bit: usize, axis: usize| {
                         if i & bit == 0 {
-                            bounds.0[axis]
+                            bounds.min[axis]
                         } else {
-                            bounds.1[axis]
+                            bounds.max[axis]
                         }
                     };
                     let corner = DVec3::new(pick(1, 0), pick(2, 1), pick(4, 2)) - camera.position;
@@ -711,7 +715,10 @@ fn a_fitted_view_shows_all() {
 }
 
 fn a_partial_camera_is_completed() {
-    let bounds = (DVec3::new(-1.0, -1.0, -3.0), DVec3::ONE);
+    let bounds = Bounds {
+        min: DVec3::new(-1.0, -1.0, -3.0),
+        max: DVec3::ONE,
+    };
     let camera = |text: &str| {
         let scene = parse(&format!("{SMALL}[camera]\n{text}\n")).expect(text);
         scene.camera(bounds, UpAxis::Y).expect(text)
@@ -742,7 +749,7 @@ fn a_partial_camera_is_completed() {
 }
 
 fn a_blind_camera_is_refused() {
-    let bounds = (DVec3::NEG_ONE, DVec3::ONE);
+    let bounds = CUBE;
     let text = format!("{SMALL}[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 0]\n");
     let refusal = parse(&text).expect("well-formed").camera(bounds, UpAxis::Y);
     assert!(

@@ -3,7 +3,7 @@
 use libtest_mimic::Trial;
 
 /// A test that holds unless `check` panics.
-pub fn claim(name: &'static str, check: fn()) -> Trial {
+pub(crate) fn claim(name: &'static str, check: fn()) -> Trial {
     Trial::test(name, move || {
         check();
         Ok(())

@@ -44,10 +44,16 @@ pub(crate) fn run() -> ExitCode {
 }
 
 fn is_usage(error: &anyhow::Error) -> bool {
-    error.is::<Usage>() || matches!(error.downcast_ref(), Some(catoptric::Error::Override { .. }))
+    error.is::<Usage>()
+        || matches!(
+            error.downcast_ref(),
+            Some(catoptric::Error::Override { .. })
+        )
 }
 
 /// Whether the reader of stdout has gone, as `head` does once it has what it wants.
 fn is_closed_pipe(error: &anyhow::Error) -> bool {
-    error.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+    error
+        .downcast_ref::<std::io::Error>()
+        .is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
 }

@@ -8,14 +8,15 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat4, DVec3, UVec2, Vec3};
 
-use crate::cloud::UpAxis;
 use crate::cloud::generate::{SceneName, Shape};
+use crate::cloud::{ColourBits, MirrorRule, UpAxis};
 use crate::error::{Error, Result};
 use crate::gi::SpotLight;
 use crate::settings::Settings;
 
 mod camera;
 mod keys;
+mod load;
 mod overrides;
 mod read;
 mod reader;
@@ -23,6 +24,7 @@ mod settings;
 mod tree;
 
 pub use camera::{DEFAULT_FOV_Y_DEGREES, DEFAULT_SIZE, default_camera};
+pub use load::LoadedScene;
 pub use overrides::Override;
 
 use tree::{Entry, Node, Origin, Value};
@@ -85,52 +87,6 @@ pub enum CloudSource {
         seed: u64,
         /// The mesh of "bunny" (needed) and "multi" (optional): PLY with faces.
         mesh: Option<PathBuf>,
-    },
-}
-
-/// How the integer colours of a file are read.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum ColourBits {
-    /// 8-bit where no value exceeds 255.
-    #[default]
-    Auto,
-    /// 0 to 255.
-    Eight,
-    /// 0 to 65535.
-    Sixteen,
-}
-
-/// Which points are mirrors.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MirrorRule {
-    /// Which points.
-    pub select: Select,
-    /// 0 to 1, the weight of the mirror picture over the point's own diffuse part.
-    pub reflectance: f32,
-}
-
-/// A choice of points.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Select {
-    /// Where the column of this name is not 0.
-    Property(String),
-    /// Where the classification is one of these.
-    Classification(Vec<u8>),
-    /// Within a box of the scene's frame.
-    Box {
-        /// Lower corner.
-        min: DVec3,
-        /// Upper corner.
-        max: DVec3,
-    },
-    /// Within `distance` of a plane of the scene's frame, on either side.
-    NearPlane {
-        /// On the plane.
-        point: DVec3,
-        /// Unit vector.
-        normal: DVec3,
-        /// Above 0.
-        distance: f64,
     },
 }
 

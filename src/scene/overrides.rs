@@ -167,8 +167,14 @@ impl Override {
 
 fn value(key: &str, text: &str, origin: &Origin) -> Result<Node> {
     let array = |parts: &[&str]| -> Result<Node> {
-        let nodes = parts.iter().map(|p| word(p.trim(), origin)).collect::<Result<_>>()?;
-        Ok(Node { value: Value::Array(nodes), origin: origin.clone() })
+        let nodes = parts
+            .iter()
+            .map(|p| word(p.trim(), origin))
+            .collect::<Result<_>>()?;
+        Ok(Node {
+            value: Value::Array(nodes),
+            origin: origin.clone(),
+        })
     };
     // A size comes first: 0x600 would be a number in TOML.
     let digits = |s: &str| !s.is_empty() && s.bytes().all(|b| b.is_ascii_digit());
@@ -188,6 +194,9 @@ fn value(key: &str, text: &str, origin: &Origin) -> Result<Node> {
 
 /// A TOML value, or else a bare word.
 fn word(text: &str, origin: &Origin) -> Result<Node> {
-    let string = || Node { value: Value::String(text.to_owned()), origin: origin.clone() };
+    let string = || Node {
+        value: Value::String(text.to_owned()),
+        origin: origin.clone(),
+    };
     Ok(Node::parse_value(text, origin)?.unwrap_or_else(string))
 }

@@ -3,11 +3,11 @@
 use glam::DMat4;
 
 use super::each;
-use crate::cloud::UpAxis;
 use crate::cloud::generate::{DEFAULT_POINTS, MAX_POINTS, SceneName};
+use crate::cloud::{ColourBits, MirrorRule, Select, UpAxis};
 use crate::error::{Error, Result};
 use crate::scene::reader::{COORDINATE, FRACTION, Field, LENGTH, SHININESS, Table};
-use crate::scene::{CloudSource, ColourBits, DEFAULT_SEED, MirrorRule, SceneCloud, Select, keys};
+use crate::scene::{CloudSource, DEFAULT_SEED, SceneCloud, keys};
 
 /// One `[[cloud]]`.
 pub(super) fn read(field: &Field<'_>) -> Result<SceneCloud> {
