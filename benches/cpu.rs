@@ -30,7 +30,9 @@ fn sphere(points: usize) -> Surfels {
         mirrors: Vec::new(),
         name: "sphere".into(),
     };
-    prepare(vec![cloud], DVec3::ZERO, &job).expect("sound points").surfels
+    prepare(vec![cloud], DVec3::ZERO, &job)
+        .expect("sound points")
+        .surfels
 }
 
 /// Its camera at 800x600.

@@ -13,8 +13,10 @@ mod generate;
 mod npz;
 mod oracle;
 mod output;
+mod scene;
 mod shaders;
 mod support;
+mod truth;
 mod twins;
 
 use libtest_mimic::Arguments;
@@ -24,7 +26,9 @@ fn main() {
         generate::tests(),
         oracle::tests(),
         output::tests(),
+        scene::tests(),
         shaders::tests(),
+        truth::tests(),
         twins::tests(),
     ]
     .into_iter()

@@ -26,17 +26,19 @@ pub(crate) fn tests() -> Vec<Trial> {
             let unknown = folder("CATOPTRIC_TRUTH").is_none()
                 || (scene == "bunny" && folder("CATOPTRIC_SCANS").is_none());
             trials.push(
-                Trial::test(format!("truth::{scene}_on_{backend}_is_within_its_bounds"), move || {
-                    against_truth(scene, backend)
-                })
+                Trial::test(
+                    format!("truth::{scene}_on_{backend}_is_within_its_bounds"),
+                    move || against_truth(scene, backend),
+                )
                 .with_ignored_flag(missing || unknown),
             );
         }
         for scene in ["blob", "torus", "bumps", "multi"] {
             trials.push(
-                Trial::test(format!("truth::{scene}_on_{backend}_agrees_with_the_oracle"), move || {
-                    against_oracle(scene, backend)
-                })
+                Trial::test(
+                    format!("truth::{scene}_on_{backend}_agrees_with_the_oracle"),
+                    move || against_oracle(scene, backend),
+                )
                 .with_ignored_flag(missing),
             );
         }
@@ -45,7 +47,11 @@ pub(crate) fn tests() -> Vec<Trial> {
 }
 
 fn choice(backend: &str) -> BackendChoice {
-    if backend == "gpu" { BackendChoice::Gpu(None) } else { BackendChoice::Cpu }
+    if backend == "gpu" {
+        BackendChoice::Gpu(None)
+    } else {
+        BackendChoice::Cpu
+    }
 }
 
 /// The scene as it is delivered, rendered.
@@ -53,7 +59,9 @@ fn render(scene: &str, backend: &str) -> Result<Products, Failed> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut overrides = vec![Override::new("image.exposure", "4", "the test")?];
     let path = if scene == "bunny" {
-        let mesh = folder("CATOPTRIC_SCANS").ok_or("no scans")?.join("bunny_mesh.ply");
+        let mesh = folder("CATOPTRIC_SCANS")
+            .ok_or("no scans")?
+            .join("bunny_mesh.ply");
         overrides.push(Override::mesh(&mesh, "the test"));
         overrides.push(Override::new("cloud.0.generate", "bunny", "the test")?);
         root.join("pointclouds/sphere.toml")
@@ -64,7 +72,12 @@ fn render(scene: &str, backend: &str) -> Result<Products, Failed> {
     let job = Job::default();
     let loaded = scene.load(&job)?;
     let mut renderer = Renderer::new(&choice(backend), &loaded.surfels)?;
-    Ok(renderer.render(&loaded.view()?, &loaded.plan(&scene.settings), &scene.settings, &job)?)
+    Ok(renderer.render(
+        &loaded.view()?,
+        &loaded.plan(&scene.settings),
+        &scene.settings,
+        &job,
+    )?)
 }
 
 /// What is true of every pixel.
@@ -106,8 +119,16 @@ fn erode(set: &[bool], n: usize) -> Vec<bool> {
 }
 
 static SRGB: LazyLock<Vec<f64>> = LazyLock::new(|| {
-    let curve = |x: f64| if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-    (0..=100_000).map(|i| curve(f64::from(i) / 100_000.0)).collect()
+    let curve = |x: f64| {
+        if x <= 0.003_130_8 {
+            12.92 * x
+        } else {
+            1.055 * x.powf(1.0 / 2.4) - 0.055
+        }
+    };
+    (0..=100_000)
+        .map(|i| curve(f64::from(i) / 100_000.0))
+        .collect()
 });
 
 fn srgb(linear: f64) -> f64 {
@@ -132,7 +153,13 @@ struct Figures {
 
 fn figures(products: &Products, truth: &Truth) -> Figures {
     let surface = products.gbuffer.surface.values();
-    let shown: Vec<bool> = products.gbuffer.albedo.values().iter().map(|a| a.w > 0.0).collect();
+    let shown: Vec<bool> = products
+        .gbuffer
+        .albedo
+        .values()
+        .iter()
+        .map(|a| a.w > 0.0)
+        .collect();
     let count = |keep: &dyn Fn(usize) -> bool| (0..shown.len()).filter(|&i| keep(i)).count() as f64;
     let mirrors = count(&|i| truth.mirror[i]);
     let depth_error = |keep: &dyn Fn(usize) -> bool| {
@@ -162,7 +189,10 @@ fn figures(products: &Products, truth: &Truth) -> Figures {
         -10.0 * (sum / n).log10()
     };
     let mean = |value: &dyn Fn(usize) -> f64| -> f64 {
-        (0..shown.len()).filter(|&i| rest[i] && off_diagonals(i)).map(value).sum()
+        (0..shown.len())
+            .filter(|&i| rest[i] && off_diagonals(i))
+            .map(value)
+            .sum()
     };
     let pixels = products.coverage.pixels as f64;
     Figures {
@@ -183,7 +213,9 @@ fn figures(products: &Products, truth: &Truth) -> Figures {
 
 /// The depth along the axis of a pixel at distance `t` along its ray.
 fn depth_from_distance(t: f64, i: usize) -> f64 {
-    t / View::REFERENCE.direction(i % SIZE.x as usize, i / SIZE.x as usize).length()
+    t / View::REFERENCE
+        .direction(i % SIZE.x as usize, i / SIZE.x as usize)
+        .length()
 }
 
 fn read_truth(folder: &Path, scene: &str) -> Result<Truth, Failed> {
@@ -196,9 +228,15 @@ fn read_truth(folder: &Path, scene: &str) -> Result<Truth, Failed> {
     let t = aov.floats("t")?;
     Ok(Truth {
         mirror,
-        depth: t.iter().enumerate().map(|(i, &t)| depth_from_distance(t.into(), i)).collect(),
+        depth: t
+            .iter()
+            .enumerate()
+            .map(|(i, &t)| depth_from_distance(t.into(), i))
+            .collect(),
         normal: aov.vectors("N")?,
-        direct: (0..r.len()).map(|i| [r[i].into(), g[i].into(), b[i].into()]).collect(),
+        direct: (0..r.len())
+            .map(|i| [r[i].into(), g[i].into(), b[i].into()])
+            .collect(),
     })
 }
 
@@ -215,14 +253,33 @@ fn ask_oracle(scene: &str) -> Truth {
 }
 
 fn hold(name: &str, got: f64, sound: bool, bound: &str) -> Result<(), Failed> {
-    if sound { Ok(()) } else { Err(format!("{name} is {got:.5}; it must be {bound}").into()) }
+    if sound {
+        Ok(())
+    } else {
+        Err(format!("{name} is {got:.5}; it must be {bound}").into())
+    }
 }
 
 /// What holds for every scene, whatever its shape.
 fn hold_coverage(f: &Figures) -> Result<(), Failed> {
-    hold("coverage before filling", f.coverage, f.coverage >= 0.999, "at least 0.999")?;
-    hold("coverage after filling", f.coverage_filled, f.coverage_filled >= 1.0, "1")?;
-    hold("walls' depth p99, mm", f.wall_depth_p99_mm, f.wall_depth_p99_mm <= 0.5, "at most 0.5")
+    hold(
+        "coverage before filling",
+        f.coverage,
+        f.coverage >= 0.999,
+        "at least 0.999",
+    )?;
+    hold(
+        "coverage after filling",
+        f.coverage_filled,
+        f.coverage_filled >= 1.0,
+        "1",
+    )?;
+    hold(
+        "walls' depth p99, mm",
+        f.wall_depth_p99_mm,
+        f.wall_depth_p99_mm <= 0.5,
+        "at most 0.5",
+    )
 }
 
 fn against_truth(scene: &'static str, backend: &str) -> Result<(), Failed> {
@@ -234,16 +291,51 @@ fn against_truth(scene: &'static str, backend: &str) -> Result<(), Failed> {
         // Finely dented: depth, normals and picture are reported above, not bounded.
         return Ok(());
     }
-    hold("mirrors' depth p99, mm", f.mirror_depth_p99_mm, f.mirror_depth_p99_mm <= 5.0, "at most 5")?;
-    hold("mirror pixels gained", f.mask_gained, f.mask_gained <= 0.025, "at most 0.025")?;
-    hold("mirror pixels lost", f.mask_lost, f.mask_lost <= 0.003, "at most 0.003")?;
+    hold(
+        "mirrors' depth p99, mm",
+        f.mirror_depth_p99_mm,
+        f.mirror_depth_p99_mm <= 5.0,
+        "at most 5",
+    )?;
+    hold(
+        "mirror pixels gained",
+        f.mask_gained,
+        f.mask_gained <= 0.025,
+        "at most 0.025",
+    )?;
+    hold(
+        "mirror pixels lost",
+        f.mask_lost,
+        f.mask_lost <= 0.003,
+        "at most 0.003",
+    )?;
     let degrees = f.normal_median_degrees;
-    hold("mirror normals' median error, degrees", degrees, degrees <= 0.15, "at most 0.15")?;
+    hold(
+        "mirror normals' median error, degrees",
+        degrees,
+        degrees <= 0.15,
+        "at most 0.15",
+    )?;
     let least = if scene == "sphere" { 32.0 } else { 30.0 };
-    hold("PSNR of the rest, dB", f.rest_psnr, f.rest_psnr >= least, &format!("at least {least}"))?;
-    hold("PSNR of the eroded rest, dB", f.eroded_psnr, f.eroded_psnr >= 33.5, "at least 33.5")?;
+    hold(
+        "PSNR of the rest, dB",
+        f.rest_psnr,
+        f.rest_psnr >= least,
+        &format!("at least {least}"),
+    )?;
+    hold(
+        "PSNR of the eroded rest, dB",
+        f.eroded_psnr,
+        f.eroded_psnr >= 33.5,
+        "at least 33.5",
+    )?;
     let off = (f.mean_ratio - 1.0).abs();
-    hold("mean radiance's relative error", off, off <= 0.02, "at most 0.02")
+    hold(
+        "mean radiance's relative error",
+        off,
+        off <= 0.02,
+        "at most 0.02",
+    )
 }
 
 /// Scenes without delivered truth: the test's own caster says depth, mask, normals and direct light.
@@ -251,11 +343,31 @@ fn against_oracle(scene: &'static str, backend: &str) -> Result<(), Failed> {
     let f = figures(&render(scene, backend)?, &ask_oracle(scene));
     println!("{scene} on {backend}: {f:#?}");
     hold_coverage(&f)?;
-    hold("mirror pixels gained", f.mask_gained, f.mask_gained <= 0.05, "at most 0.05")?;
-    hold("mirror pixels lost", f.mask_lost, f.mask_lost <= 0.01, "at most 0.01")?;
-    hold("PSNR of the eroded rest, dB", f.eroded_psnr, f.eroded_psnr >= 32.0, "at least 32")?;
+    hold(
+        "mirror pixels gained",
+        f.mask_gained,
+        f.mask_gained <= 0.05,
+        "at most 0.05",
+    )?;
+    hold(
+        "mirror pixels lost",
+        f.mask_lost,
+        f.mask_lost <= 0.01,
+        "at most 0.01",
+    )?;
+    hold(
+        "PSNR of the eroded rest, dB",
+        f.eroded_psnr,
+        f.eroded_psnr >= 32.0,
+        "at least 32",
+    )?;
     let off = (f.mean_ratio - 1.0).abs();
-    hold("mean radiance's relative error", off, off <= 0.03, "at most 0.03")
+    hold(
+        "mean radiance's relative error",
+        off,
+        off <= 0.03,
+        "at most 0.03",
+    )
 }
 
 /// The negative control: a picture made of the truth itself is perfect, and each small fault of it shows in its figure.
@@ -264,7 +376,8 @@ fn the_measures_see_small_faults() {
     let perfect = || {
         let mut products = crate::support::empty_products(SIZE);
         for i in 0..truth.depth.len() {
-            products.gbuffer.surface.values_mut()[i] = truth.normal[i].as_vec3().extend(truth.depth[i] as f32);
+            products.gbuffer.surface.values_mut()[i] =
+                truth.normal[i].as_vec3().extend(truth.depth[i] as f32);
             let mirror = f32::from(u8::from(truth.mirror[i]));
             products.gbuffer.albedo.values_mut()[i] = Vec3::ONE.extend(mirror);
             products.radiance.values_mut()[i] = DVec3::from(truth.direct[i]).as_vec3().extend(1.0);
@@ -272,24 +385,43 @@ fn the_measures_see_small_faults() {
         products
     };
     let sound = figures(&perfect(), &truth);
-    assert!(sound.eroded_psnr > 80.0 && sound.mask_gained == 0.0 && sound.wall_depth_p99_mm < 1e-3, "{sound:?}");
+    assert!(
+        sound.eroded_psnr > 80.0 && sound.mask_gained == 0.0 && sound.wall_depth_p99_mm < 1e-3,
+        "{sound:?}"
+    );
 
     let mut dim = perfect();
     dim.radiance.values_mut().iter_mut().for_each(|r| *r *= 0.9);
-    assert!(figures(&dim, &truth).rest_psnr < 35.0, "a tenth of the light is missing");
+    assert!(
+        figures(&dim, &truth).rest_psnr < 35.0,
+        "a tenth of the light is missing"
+    );
 
     let mut far = perfect();
-    far.gbuffer.surface.values_mut().iter_mut().for_each(|s| s.w += 0.001);
-    assert!(figures(&far, &truth).wall_depth_p99_mm > 0.9, "everything is a millimetre off");
+    far.gbuffer
+        .surface
+        .values_mut()
+        .iter_mut()
+        .for_each(|s| s.w += 0.001);
+    assert!(
+        figures(&far, &truth).wall_depth_p99_mm > 0.9,
+        "everything is a millimetre off"
+    );
 
     let mut moved = perfect();
     moved.gbuffer.albedo.values_mut().rotate_right(1);
-    assert!(figures(&moved, &truth).mask_lost > 0.001, "the mask is one pixel off");
+    assert!(
+        figures(&moved, &truth).mask_lost > 0.001,
+        "the mask is one pixel off"
+    );
 
     let mut tilted = perfect();
     let turn = glam::Quat::from_rotation_x(1f32.to_radians());
     for s in tilted.gbuffer.surface.values_mut() {
         *s = (turn * s.truncate()).extend(s.w);
     }
-    assert!(figures(&tilted, &truth).normal_median_degrees > 0.5, "normals are a degree off");
+    assert!(
+        figures(&tilted, &truth).normal_median_degrees > 0.5,
+        "normals are a degree off"
+    );
 }

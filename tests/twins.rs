@@ -42,7 +42,7 @@ fn gpu() -> MutexGuard<'static, Gpu> {
 }
 
 pub(crate) fn tests() -> Vec<Trial> {
-    let missing = GPU.is_none() && std::env::var("CATOPTRIC_GPU").as_deref() != Ok("require");
+    let missing = crate::support::gpu_is_missing();
     let test = |name: &str, check: fn()| {
         let run = move || {
             check();
