@@ -182,9 +182,9 @@ impl Form {
                 for _ in 0..60 {
                     let middle = (outside + inside) / 2.0;
                     if level(middle) < 0.0 {
-                        inside = middle
+                        inside = middle;
                     } else {
-                        outside = middle
+                        outside = middle;
                     }
                 }
                 return Some(outside);

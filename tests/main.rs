@@ -4,7 +4,10 @@
     clippy::expect_used,
     clippy::panic,
     clippy::missing_assert_message,
-    reason = "a test may fail by panic"
+    clippy::print_stdout,
+    clippy::type_complexity,
+    unreachable_pub,
+    reason = "a test may fail by panic, reports its figures, and has no outside"
 )]
 
 mod analytic;

@@ -285,7 +285,10 @@ fn hold_coverage(f: &Figures) -> Result<(), Failed> {
 fn against_truth(scene: &'static str, backend: &str) -> Result<(), Failed> {
     let folder: PathBuf = folder("CATOPTRIC_TRUTH").ok_or("no truth")?;
     let f = figures(&render(scene, backend)?, &read_truth(&folder, scene)?);
-    println!("{scene} on {backend}: {f:#?}");
+    println!(
+        "{scene} on {backend}, normals p99 {:.3} degrees: {f:?}",
+        f.normal_p99_degrees
+    );
     hold_coverage(&f)?;
     if scene == "bunny" {
         // Finely dented: depth, normals and picture are reported above, not bounded.
@@ -341,7 +344,7 @@ fn against_truth(scene: &'static str, backend: &str) -> Result<(), Failed> {
 /// Scenes without delivered truth: the test's own caster says depth, mask, normals and direct light.
 fn against_oracle(scene: &'static str, backend: &str) -> Result<(), Failed> {
     let f = figures(&render(scene, backend)?, &ask_oracle(scene));
-    println!("{scene} on {backend}: {f:#?}");
+    println!("{scene} on {backend}: {f:?}");
     hold_coverage(&f)?;
     hold(
         "mirror pixels gained",

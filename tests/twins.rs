@@ -484,7 +484,7 @@ fn without_a_light_everything_is_black() {
         .expect("radiance");
     assert_agree(
         "radiance",
-        &gpu.read(&got).expect("radiance").into_owned(),
+        &gpu.read(&got).expect("radiance"),
         expected.values(),
         0.0,
     );
@@ -504,7 +504,7 @@ fn eye_dome_lighting_agrees() {
         let got = gpu.edl(&there, &settings).expect("a picture");
         assert_agree(
             "picture",
-            &gpu.read(&got).expect("a picture").into_owned(),
+            &gpu.read(&got).expect("a picture"),
             expected.values(),
             1e-4,
         );
@@ -643,8 +643,7 @@ fn a_grid_comes_back_as_it_was_written() {
     );
     let error = gpu
         .write(SIZE, &values[1..])
-        .err()
-        .expect("one value is missing")
+        .expect_err("one value is missing")
         .to_string();
     assert!(error.contains("37x21"), "{error}");
 }
@@ -657,8 +656,7 @@ fn too_little_memory_is_a_sentence() {
     .expect("a device");
     let error = small
         .upload(&cloud(50_000, false))
-        .err()
-        .expect("1.6 MB do not fit into 1 MiB");
+        .expect_err("1.6 MB do not fit into 1 MiB");
     assert!(matches!(error, Error::Memory { .. }), "{error}");
     assert!(error.to_string().contains("50000 points"), "{error}");
     small
@@ -689,7 +687,7 @@ fn an_unknown_adapter_is_answered_with_a_list() {
         adapter: AdapterChoice::Named("no such card".into()),
         ..options()
     };
-    let error = Gpu::new(&options).err().expect("no such card");
+    let error = Gpu::new(&options).expect_err("no such card");
     assert!(matches!(error, Error::NoAdapter(_)), "{error}");
     let name = gpu().device().adapter().to_owned();
     assert!(

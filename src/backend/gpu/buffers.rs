@@ -187,7 +187,7 @@ impl Buffer {
             encoder.copy_buffer_to_buffer(self.raw(), bytes.len() as u64, staging.raw(), 0, piece);
             device.queue.submit([encoder.finish()]);
             read_mapped(device, staging.raw(), piece, |mapped| {
-                bytes.extend_from_slice(mapped)
+                bytes.extend_from_slice(mapped);
             })?;
         }
         Ok(bytes)
@@ -205,7 +205,7 @@ pub(super) fn read_mapped(
     let mapped = Arc::new(Mutex::new(None));
     let heard = Arc::clone(&mapped);
     slice.map_async(wgpu::MapMode::Read, move |result| {
-        *lock(&heard) = Some(result)
+        *lock(&heard) = Some(result);
     });
     device.wait()?;
     let failed = |why: String| Error::Gpu(format!("what it drew cannot be read ({why})"));

@@ -30,7 +30,7 @@ pub struct Shader {
 macro_rules! shader {
     ($(#[doc = $doc:literal])* $const:ident = $name:literal, $constants:expr) => {
         $(#[doc = $doc])*
-        pub const $const: Shader = Shader {
+        pub(super) const $const: Shader = Shader {
             name: $name,
             source: include_str!(concat!("../../../shaders/", $name, ".wgsl")),
             constants: $constants,
