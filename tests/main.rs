@@ -3,13 +3,14 @@
 mod analytic;
 mod evenness;
 mod generate;
+mod mesh;
 mod npz;
 mod oracle;
 
 use libtest_mimic::Arguments;
 
 fn main() {
-    let trials = [oracle::tests(), generate::tests()]
+    let trials = [oracle::tests(), generate::tests(), mesh::tests()]
         .into_iter()
         .flatten()
         .collect();
