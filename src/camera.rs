@@ -65,25 +65,44 @@ impl Camera {
     pub fn pinhole(&self, origin: DVec3) -> Result<Pinhole> {
         let wrong = |what: String| Err(Error::Setting(what));
         let view = self.target - self.position;
-        if ![self.position, self.target, self.up].iter().all(|v| v.is_finite()) {
-            return wrong("camera.position, camera.target and camera.up must be finite numbers".into());
+        if ![self.position, self.target, self.up]
+            .iter()
+            .all(|v| v.is_finite())
+        {
+            return wrong(
+                "camera.position, camera.target and camera.up must be finite numbers".into(),
+            );
         }
         let Some(forward) = view.try_normalize() else {
             return wrong("camera.target must differ from camera.position".into());
         };
-        let Some(right) = forward.cross(self.up).try_normalize().filter(|_| {
-            forward.cross(self.up).length() > 1e-6 * self.up.length()
-        }) else {
-            return wrong("camera.up must not be zero or point along the view; set camera.up to another axis".into());
+        let Some(right) = forward
+            .cross(self.up)
+            .try_normalize()
+            .filter(|_| forward.cross(self.up).length() > 1e-6 * self.up.length())
+        else {
+            return wrong(
+                "camera.up must not be zero or point along the view; set camera.up to another axis"
+                    .into(),
+            );
         };
         if !(self.fov_y_degrees > 0.0 && self.fov_y_degrees < 179.0) {
-            return wrong(format!("camera.fov_y_degrees is {}; it must be above 0 and below 179", self.fov_y_degrees));
+            return wrong(format!(
+                "camera.fov_y_degrees is {}; it must be above 0 and below 179",
+                self.fov_y_degrees
+            ));
         }
         if !(self.near > 0.0 && self.far > self.near && self.far.is_finite()) {
-            return wrong(format!("camera.near is {} and camera.far {}; they must obey 0 < near < far", self.near, self.far));
+            return wrong(format!(
+                "camera.near is {} and camera.far {}; they must obey 0 < near < far",
+                self.near, self.far
+            ));
         }
         if self.size.min_element() == 0 || self.size.max_element() > MAX_SIZE {
-            return wrong(format!("camera.size is {}x{}; each side must be 1 to {MAX_SIZE} pixels", self.size.x, self.size.y));
+            return wrong(format!(
+                "camera.size is {}x{}; each side must be 1 to {MAX_SIZE} pixels",
+                self.size.x, self.size.y
+            ));
         }
         let focal = f64::from(self.size.y) / 2.0 / (self.fov_y_degrees.to_radians() / 2.0).tan();
         Ok(Pinhole {
@@ -116,12 +135,18 @@ impl Pinhole {
 
     /// Slopes x/z, y/z of the ray through the point `pixel` (centres at + 0.5).
     pub fn slope(&self, pixel: Vec2) -> Vec2 {
-        Vec2::new((pixel.x - self.centre.x) * self.inverse_focal, (self.centre.y - pixel.y) * self.inverse_focal)
+        Vec2::new(
+            (pixel.x - self.centre.x) * self.inverse_focal,
+            (self.centre.y - pixel.y) * self.inverse_focal,
+        )
     }
 
     /// Where a point in view space appears, pixels.
     pub fn pixel_from_view(&self, view: Vec3) -> Vec2 {
-        Vec2::new(self.centre.x + self.focal * view.x / view.z, self.centre.y - self.focal * view.y / view.z)
+        Vec2::new(
+            self.centre.x + self.focal * view.x / view.z,
+            self.centre.y - self.focal * view.y / view.z,
+        )
     }
 
     /// The point at `depth` along the axis on the ray through `pixel`, relative to the origin.
@@ -157,8 +182,15 @@ mod tests {
         let p = camera().pinhole(DVec3::ZERO).expect("a sound camera");
         let d = p.direction(Vec2::new(0.5, 0.5));
         let tan = 30f32.to_radians().tan();
-        let expected = Vec3::new((1.0 / 800.0 - 1.0) * tan * 4.0 / 3.0, (1.0 - 1.0 / 600.0) * tan, -1.0);
-        assert!((d - expected).length() < 1e-6, "got {d}, expected {expected}");
+        let expected = Vec3::new(
+            (1.0 / 800.0 - 1.0) * tan * 4.0 / 3.0,
+            (1.0 - 1.0 / 600.0) * tan,
+            -1.0,
+        );
+        assert!(
+            (d - expected).length() < 1e-6,
+            "got {d}, expected {expected}"
+        );
     }
 
     #[test]
@@ -167,20 +199,47 @@ mod tests {
         let point = Vec3::new(0.3, -0.7, -2.0);
         let view = p.view_from_world(point);
         let back = p.world_from_pixel(p.pixel_from_view(view), view.z);
-        assert!((back - point).length() < 1e-5, "got {back}, expected {point}");
+        assert!(
+            (back - point).length() < 1e-5,
+            "got {back}, expected {point}"
+        );
     }
 
     #[test]
     fn degenerate_cameras_are_refused_with_a_sentence() {
         let broken = [
-            Camera { target: camera().position, ..camera() },
-            Camera { up: DVec3::Z, ..camera() },
-            Camera { up: DVec3::ZERO, ..camera() },
-            Camera { fov_y_degrees: 180.0, ..camera() },
-            Camera { near: 0.0, ..camera() },
-            Camera { far: f64::NAN, ..camera() },
-            Camera { size: UVec2::new(0, 600), ..camera() },
-            Camera { position: DVec3::NAN, ..camera() },
+            Camera {
+                target: camera().position,
+                ..camera()
+            },
+            Camera {
+                up: DVec3::Z,
+                ..camera()
+            },
+            Camera {
+                up: DVec3::ZERO,
+                ..camera()
+            },
+            Camera {
+                fov_y_degrees: 180.0,
+                ..camera()
+            },
+            Camera {
+                near: 0.0,
+                ..camera()
+            },
+            Camera {
+                far: f64::NAN,
+                ..camera()
+            },
+            Camera {
+                size: UVec2::new(0, 600),
+                ..camera()
+            },
+            Camera {
+                position: DVec3::NAN,
+                ..camera()
+            },
         ];
         for c in broken {
             assert!(c.pinhole(DVec3::ZERO).is_err(), "{c:?} must be refused");

@@ -43,6 +43,14 @@ pub enum Error {
     /// A key or value given by the caller is wrong.
     #[error("{0}")]
     Setting(String),
+    /// A key or value given on top of the scene is wrong, or of no use in it.
+    #[error("{given}: {problem}")]
+    Override {
+        /// How it was given: "--set splat.size=2".
+        given: String,
+        /// What is wrong, and the remedy.
+        problem: String,
+    },
     /// There is no point to draw.
     #[error("the scene has no points left to draw; {0}")]
     NoPoints(String),
@@ -73,6 +81,9 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 impl Error {
     /// A broken or unreadable point file.
     pub(crate) fn cloud(path: &Path, problem: impl Into<String>) -> Self {
-        Self::Cloud { path: path.to_owned(), problem: problem.into() }
+        Self::Cloud {
+            path: path.to_owned(),
+            problem: problem.into(),
+        }
     }
 }

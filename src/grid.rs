@@ -12,7 +12,10 @@ pub struct Grid<T> {
 impl<T: Clone> Grid<T> {
     /// A grid of `size` (width, height) in which every pixel is `value`.
     pub fn new(size: UVec2, value: T) -> Self {
-        Self { size, values: vec![value; size.x as usize * size.y as usize] }
+        Self {
+            size,
+            values: vec![value; size.x as usize * size.y as usize],
+        }
     }
 }
 
@@ -54,6 +57,10 @@ impl<T> Grid<T> {
 
     /// The value at column `x`, row `y`, or `None` outside.
     pub fn get(&self, x: usize, y: usize) -> Option<&T> {
-        if x < self.width() { self.values.get(y * self.width() + x) } else { None }
+        if x < self.width() {
+            self.values.get(y * self.width() + x)
+        } else {
+            None
+        }
     }
 }

@@ -28,7 +28,10 @@ pub struct Job {
 impl Job {
     /// A job that reports its progress to `listener`, from any thread.
     pub fn with_listener(listener: impl Fn(Progress) + Send + Sync + 'static) -> Self {
-        Self { cancelled: Arc::default(), listener: Some(Arc::new(listener)) }
+        Self {
+            cancelled: Arc::default(),
+            listener: Some(Arc::new(listener)),
+        }
     }
 
     /// Asks the work to stop. It ends with [`Error::Cancelled`] at its next chunk.
@@ -43,7 +46,11 @@ impl Job {
 
     /// [`Error::Cancelled`] once the job was cancelled.
     pub fn check(&self) -> Result<()> {
-        if self.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
+        if self.is_cancelled() {
+            Err(Error::Cancelled)
+        } else {
+            Ok(())
+        }
     }
 
     /// Tells the listener where the work stands, and checks for cancellation.
@@ -57,6 +64,8 @@ impl Job {
 
 impl std::fmt::Debug for Job {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Job").field("cancelled", &self.is_cancelled()).finish_non_exhaustive()
+        f.debug_struct("Job")
+            .field("cancelled", &self.is_cancelled())
+            .finish_non_exhaustive()
     }
 }

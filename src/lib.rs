@@ -5,11 +5,17 @@ pub mod backend;
 pub mod camera;
 pub mod cloud;
 pub mod error;
+pub mod frame;
 pub mod gbuffer;
 pub mod gi;
 pub mod grid;
 pub mod image;
 pub mod job;
+pub mod measure;
+pub mod output;
+pub mod plan;
+pub mod renderer;
+pub mod scene;
 pub mod settings;
 pub mod timing;
 

@@ -71,7 +71,9 @@ pub trait SettingsGroup {
 pub fn as_toml<T: SettingValue>(value: &T) -> toml::Value {
     // f32 is written with the digits that a person typed, not with those of its f64 neighbour.
     match toml::Value::try_from(value) {
-        Ok(toml::Value::Float(f)) => toml::Value::Float((f as f32).to_string().parse().unwrap_or(f)),
+        Ok(toml::Value::Float(f)) => {
+            toml::Value::Float((f as f32).to_string().parse().unwrap_or(f))
+        }
         Ok(v) => v,
         Err(_) => toml::Value::String(String::new()),
     }
@@ -83,7 +85,9 @@ pub fn check_range<T: SettingValue>(key: &str, value: &T, range: Option<(f64, f6
     if let (Some((low, high)), Some(v)) = (range, value.number())
         && !(low..=high).contains(&v)
     {
-        return Err(Error::Setting(format!("{key} is {v}; it must be {low} to {high}")));
+        return Err(Error::Setting(format!(
+            "{key} is {v}; it must be {low} to {high}"
+        )));
     }
     Ok(())
 }

@@ -29,7 +29,11 @@ impl Timings {
         let ms = wall.as_secs_f64() * 1e3;
         match self.passes.iter_mut().find(|p| p.name == name) {
             Some(pass) => pass.wall_ms += ms,
-            None => self.passes.push(PassTime { name: name.to_owned(), wall_ms: ms, gpu_ms: None }),
+            None => self.passes.push(PassTime {
+                name: name.to_owned(),
+                wall_ms: ms,
+                gpu_ms: None,
+            }),
         }
     }
 

@@ -1,4 +1,4 @@
-//! Every integration test, in one binary.
+//! The integration tests, in one binary: a test whose data or device is missing is shown as ignored.
 
 mod analytic;
 mod evenness;
@@ -6,13 +6,17 @@ mod generate;
 mod mesh;
 mod npz;
 mod oracle;
+mod output;
 
 use libtest_mimic::Arguments;
 
 fn main() {
-    let trials = [oracle::tests(), generate::tests(), mesh::tests()]
-        .into_iter()
-        .flatten()
-        .collect();
-    libtest_mimic::run(&Arguments::from_args(), trials).exit()
+    let trials = [
+        generate::tests(),
+        mesh::tests(),
+        oracle::tests(),
+        output::tests(),
+    ];
+    let trials = trials.into_iter().flatten().collect();
+    libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }

@@ -49,17 +49,36 @@ pub trait Backend {
     /// Brings the surfels to where the stages read them.
     fn upload(&mut self, surfels: &Arc<Surfels>) -> Result<Self::Points>;
     /// Passes `depth`, `visibility`, `average`: the surfels as seen through a pinhole.
-    fn splat(&mut self, points: &Self::Points, pinhole: &Pinhole, settings: &SplatSettings) -> Result<GBuffer<Self>>;
+    fn splat(
+        &mut self,
+        points: &Self::Points,
+        pinhole: &Pinhole,
+        settings: &SplatSettings,
+    ) -> Result<GBuffer<Self>>;
     /// Pass `depth` alone, for shadows.
-    fn light_map(&mut self, points: &Self::Points, pinhole: &Pinhole, settings: &SplatSettings) -> Result<LightMap<Self>>;
+    fn light_map(
+        &mut self,
+        points: &Self::Points,
+        pinhole: &Pinhole,
+        settings: &SplatSettings,
+    ) -> Result<LightMap<Self>>;
     /// Pass `fill`: closes small holes, and counts what is covered.
     fn fill(&mut self, gbuffer: &mut GBuffer<Self>, settings: &SplatSettings) -> Result<Coverage>;
     /// Pass `smooth`: joint bilateral smoothing of the normals and depths of mirrors.
     fn smooth(&mut self, gbuffer: &mut GBuffer<Self>, settings: &SplatSettings) -> Result<()>;
     /// Pass `shade`: radiance (W/sr/m2) towards the eye, alpha 1 where valid.
-    fn shade(&mut self, gbuffer: &GBuffer<Self>, lights: &[LitBy<Self>], settings: &GiSettings) -> Result<Self::Grid<Vec4>>;
+    fn shade(
+        &mut self,
+        gbuffer: &GBuffer<Self>,
+        lights: &[LitBy<Self>],
+        settings: &GiSettings,
+    ) -> Result<Self::Grid<Vec4>>;
     /// Pass `edl`: the albedo, shaded by eye-dome lighting, for scenes without light; alpha 1 where valid.
-    fn edl(&mut self, gbuffer: &GBuffer<Self>, settings: &ImageSettings) -> Result<Self::Grid<Vec4>>;
+    fn edl(
+        &mut self,
+        gbuffer: &GBuffer<Self>,
+        settings: &ImageSettings,
+    ) -> Result<Self::Grid<Vec4>>;
 
     /// A grid's values, row by row.
     fn read<'a, T: Pod>(&mut self, grid: &'a Self::Grid<T>) -> Result<Cow<'a, [T]>>;

@@ -7,4 +7,6 @@ mod surfels;
 
 pub use mesh::{Faces, TriangleMesh};
 pub use raw::{RawCloud, Repairs, UpAxis};
-pub use surfels::{Finish, MAX_SHININESS, Place, SHININESS_LOG_RANGE, Surfel, Surfels, shininess_from_log};
+pub use surfels::{
+    Finish, MAX_SHININESS, Place, SHININESS_LOG_RANGE, Surfel, Surfels, shininess_from_log,
+};

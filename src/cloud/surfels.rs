@@ -68,7 +68,11 @@ fn unpack_unorm16(bits: u32) -> f32 {
 impl Finish {
     /// Packs normal and material. A reflectance above 0 stays above 0.
     pub fn pack(s: &Surfel) -> Self {
-        let mirror = if s.mirror > 0.0 { unorm(s.mirror, 255.0).max(1) } else { 0 };
+        let mirror = if s.mirror > 0.0 {
+            unorm(s.mirror, 255.0).max(1)
+        } else {
+            0
+        };
         let shininess = (1.0 + s.shininess.clamp(0.0, MAX_SHININESS)).log2() / SHININESS_LOG_RANGE;
         Self([
             snorm16(s.normal.x) | snorm16(s.normal.y) << 16,
@@ -81,13 +85,21 @@ impl Finish {
     /// The normal; its length is 1 to within 5e-5.
     pub fn normal(self) -> Vec3 {
         let [a, b, ..] = self.0;
-        Vec3::new(unpack_snorm16(a), unpack_snorm16(a >> 16), unpack_snorm16(b))
+        Vec3::new(
+            unpack_snorm16(a),
+            unpack_snorm16(a >> 16),
+            unpack_snorm16(b),
+        )
     }
 
     /// Linear RGB, 0 to 1.
     pub fn albedo(self) -> Vec3 {
         let [_, b, c, _] = self.0;
-        Vec3::new(unpack_unorm16(b >> 16), unpack_unorm16(c), unpack_unorm16(c >> 16))
+        Vec3::new(
+            unpack_unorm16(b >> 16),
+            unpack_unorm16(c),
+            unpack_unorm16(c >> 16),
+        )
     }
 
     /// Mirror reflectance, 0 to 1.
@@ -168,11 +180,26 @@ mod tests {
             shininess: 40.0,
         };
         let f = Finish::pack(&s);
-        assert!(f.normal().angle_between(s.normal) < 5e-5, "normal {:?}", f.normal());
-        assert!((f.albedo() - s.albedo).abs().max_element() < 1e-5, "albedo {:?}", f.albedo());
+        assert!(
+            f.normal().angle_between(s.normal) < 5e-5,
+            "normal {:?}",
+            f.normal()
+        );
+        assert!(
+            (f.albedo() - s.albedo).abs().max_element() < 1e-5,
+            "albedo {:?}",
+            f.albedo()
+        );
         assert!(f.mirror() > 0.0, "a faint mirror stays a mirror");
-        assert!((f.specular() - 0.5).abs() < 3e-3, "specular {}", f.specular());
+        assert!(
+            (f.specular() - 0.5).abs() < 3e-3,
+            "specular {}",
+            f.specular()
+        );
         let shininess = shininess_from_log(f.shininess_log());
-        assert!((shininess / 40.0 - 1.0).abs() < 1e-3, "shininess {shininess}");
+        assert!(
+            (shininess / 40.0 - 1.0).abs() < 1e-3,
+            "shininess {shininess}"
+        );
     }
 }

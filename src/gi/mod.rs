@@ -1,6 +1,9 @@
 //! Light: the spot's shadow map, and shading.
 
-use glam::Vec3;
+mod light;
+pub mod shade;
+
+pub use light::{MAX_OUTER_DEGREES, SpotLight};
 
 use crate::settings_group;
 
@@ -14,20 +17,4 @@ settings_group! {
         /// The receiver's own plane is compared, so the result hardly depends on it.
         light_bias: f32 = 2.0, 0.0..=100.0, "x spacing";
     }
-}
-
-/// A spot light, relative to the scene's origin: full inside the inner half angle, falling linearly in angle to 0 at
-/// the outer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SpotLight {
-    /// Relative to the scene's origin.
-    pub position: Vec3,
-    /// Unit vector along the axis.
-    pub axis: Vec3,
-    /// W/sr per channel.
-    pub intensity: Vec3,
-    /// Half angle, radians.
-    pub inner_angle: f32,
-    /// Half angle, radians.
-    pub outer_angle: f32,
 }

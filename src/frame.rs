@@ -1,0 +1,86 @@
+//! One frame, written once for all backends: the way of the data from surfels to radiance.
+
+use glam::{Vec3, Vec4};
+
+use crate::backend::{Backend, LitBy};
+use crate::camera::Pinhole;
+use crate::error::Result;
+use crate::gbuffer::{Coverage, GBuffer};
+use crate::gi::SpotLight;
+use crate::job::Job;
+use crate::plan::{Plan, Stage};
+use crate::settings::Settings;
+
+/// Who looks, and by which light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// The camera, relative to the scene's origin.
+    pub pinhole: Pinhole,
+    /// The lights, relative to the scene's origin.
+    pub lights: Vec<SpotLight>,
+    /// The scene's box, relative to its origin: lights reach to its farthest corner.
+    pub bounds: (Vec3, Vec3),
+}
+
+/// What a frame makes, where the backend keeps it.
+pub struct Frame<B: Backend + ?Sized> {
+    /// What the camera sees.
+    pub gbuffer: GBuffer<B>,
+    /// How much of the picture shows something.
+    pub coverage: Coverage,
+    /// Radiance towards the eye, W/sr/m2 (albedo where the scene has no light); alpha 1 where valid.
+    pub radiance: B::Grid<Vec4>,
+}
+
+impl View {
+    /// Distance from a light to the farthest corner of the scene, a little more.
+    fn reach(&self, light: &SpotLight) -> f32 {
+        let (min, max) = self.bounds;
+        let farthest = (light.position - min)
+            .abs()
+            .max((light.position - max).abs());
+        (farthest.length() * 1.01).max(f32::MIN_POSITIVE * 1e10)
+    }
+}
+
+/// Renders one frame.
+///
+/// # Errors
+/// What the backend meets, or [`crate::Error::Cancelled`].
+pub fn frame<B: Backend>(
+    backend: &mut B,
+    points: &B::Points,
+    view: &View,
+    plan: &Plan,
+    settings: &Settings,
+    job: &Job,
+) -> Result<Frame<B>> {
+    job.progress("splatting", 0, 0)?;
+    let mut gbuffer = backend.splat(points, &view.pinhole, &settings.splat)?;
+    job.check()?;
+    let coverage = backend.fill(&mut gbuffer, &settings.splat)?;
+    if plan.runs(Stage::Smooth, coverage.mirror > 0) {
+        backend.smooth(&mut gbuffer, &settings.splat)?;
+    }
+    job.progress("lighting", 0, 0)?;
+    let radiance = if plan.runs(Stage::Shade, coverage.mirror > 0) {
+        let mut lights = Vec::with_capacity(view.lights.len());
+        for light in &view.lights {
+            let map = light.pinhole(settings.gi.light_map_size, view.reach(light));
+            lights.push(LitBy {
+                light: *light,
+                map: backend.light_map(points, &map, &settings.splat)?,
+            });
+            job.check()?;
+        }
+        backend.shade(&gbuffer, &lights, &settings.gi)?
+    } else {
+        backend.edl(&gbuffer, &settings.image)?
+    };
+    job.check()?;
+    Ok(Frame {
+        gbuffer,
+        coverage,
+        radiance,
+    })
+}

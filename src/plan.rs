@@ -1,0 +1,188 @@
+//! What a frame runs, and why: decided from facts of the scene and the settings before anything is built.
+
+use serde::Serialize;
+
+use crate::settings::Settings;
+
+/// The stages of a frame, in the order in which they run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// Passes depth, visibility, average: the camera's G-buffer.
+    Splat,
+    /// Closes small holes.
+    Fill,
+    /// Smooths the surfaces of mirrors.
+    Smooth,
+    /// The depth map of every light.
+    LightDepth,
+    /// Direct light.
+    Shade,
+    /// Eye-dome lighting.
+    Edl,
+}
+
+/// Whether a stage runs.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "state", content = "reason")]
+pub enum State {
+    /// It runs, for this reason.
+    Run(String),
+    /// It runs where the camera sees a mirror, for this reason.
+    IfMirrorSeen(String),
+    /// It is not built and does not run, for this reason.
+    Skip(String),
+}
+
+/// A stage and whether it runs.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Row {
+    /// The stage.
+    pub stage: Stage,
+    /// Whether it runs, and why.
+    #[serde(flatten)]
+    pub state: State,
+}
+
+/// What the plan needs to know of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SceneFacts {
+    /// Points in all.
+    pub points: u64,
+    /// Points that are mirrors.
+    pub mirror_points: u64,
+    /// Lights.
+    pub lights: usize,
+}
+
+/// What a frame runs, stage by stage.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub struct Plan {
+    /// One row a stage, in the order in which they run.
+    pub rows: Vec<Row>,
+}
+
+impl Plan {
+    /// The plan for a scene.
+    pub fn new(facts: &SceneFacts, settings: &Settings) -> Self {
+        let run = |reason: String| State::Run(reason);
+        let skip = |reason: &str| State::Skip(reason.into());
+        let count = |n: u64, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+        let lights = count(facts.lights as u64, "light");
+        let rows = vec![
+            (Stage::Splat, run(count(facts.points, "point"))),
+            (
+                Stage::Fill,
+                match settings.splat.fill {
+                    0 => skip("splat.fill is 0"),
+                    rings => run(format!(
+                        "holes up to {} wide",
+                        count(u64::from(rings) * 2, "pixel")
+                    )),
+                },
+            ),
+            (
+                Stage::Smooth,
+                match (facts.mirror_points, settings.splat.smooth) {
+                    (0, _) => skip("no point is a mirror"),
+                    (_, 0.0) => skip("splat.smooth is 0"),
+                    (n, _) => State::IfMirrorSeen(count(n, "mirror point")),
+                },
+            ),
+            (
+                Stage::LightDepth,
+                if facts.lights > 0 {
+                    run(lights.clone())
+                } else {
+                    skip("no light")
+                },
+            ),
+            (
+                Stage::Shade,
+                if facts.lights > 0 {
+                    run(lights)
+                } else {
+                    skip("no light")
+                },
+            ),
+            (
+                Stage::Edl,
+                match (facts.lights, settings.image.edl_strength) {
+                    (0, 0.0) => {
+                        run("no light: the albedo as it is, image.edl_strength being 0".into())
+                    }
+                    (0, _) => run("no light: the albedo, shaded by depth".into()),
+                    _ => skip("the scene has a light"),
+                },
+            ),
+        ];
+        Self {
+            rows: rows
+                .into_iter()
+                .map(|(stage, state)| Row { stage, state })
+                .collect(),
+        }
+    }
+
+    /// Whether `stage` runs; `mirror_seen` says whether the camera sees a mirror.
+    pub fn runs(&self, stage: Stage, mirror_seen: bool) -> bool {
+        self.rows
+            .iter()
+            .filter(|row| row.stage == stage)
+            .any(|row| match row.state {
+                State::Run(_) => true,
+                State::IfMirrorSeen(_) => mirror_seen,
+                State::Skip(_) => false,
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FACTS: SceneFacts = SceneFacts {
+        points: 100,
+        mirror_points: 10,
+        lights: 1,
+    };
+
+    #[test]
+    fn a_scene_without_light_builds_no_shadow_map() {
+        let plan = Plan::new(&SceneFacts { lights: 0, ..FACTS }, &Settings::default());
+        assert!(
+            !plan.runs(Stage::LightDepth, true) && !plan.runs(Stage::Shade, true),
+            "{plan:?}"
+        );
+        assert!(plan.runs(Stage::Edl, false), "{plan:?}");
+    }
+
+    #[test]
+    fn a_lit_scene_is_not_shaded_by_depth() {
+        let plan = Plan::new(&FACTS, &Settings::default());
+        assert!(
+            plan.runs(Stage::Shade, false) && !plan.runs(Stage::Edl, false),
+            "{plan:?}"
+        );
+    }
+
+    #[test]
+    fn smoothing_waits_for_a_mirror_that_is_seen() {
+        let mut settings = Settings::default();
+        settings.splat.smooth = 2.0;
+        let plan = Plan::new(&FACTS, &settings);
+        assert!(
+            plan.runs(Stage::Smooth, true) && !plan.runs(Stage::Smooth, false),
+            "{plan:?}"
+        );
+        let plan = Plan::new(
+            &SceneFacts {
+                mirror_points: 0,
+                ..FACTS
+            },
+            &settings,
+        );
+        assert!(!plan.runs(Stage::Smooth, true), "{plan:?}");
+    }
+}

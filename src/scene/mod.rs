@@ -1,0 +1,340 @@
+//! The scene file: which clouds, mirrors and lights there are, the camera and the settings.
+//!
+//! A scene is read in three steps: the TOML becomes a tree that knows its lines, what the caller gives on top takes
+//! its place in the tree, and the tree is read into the plain data below, with every key and value checked.
+
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use glam::{DMat4, DVec2, DVec3, UVec2, Vec3};
+
+use crate::cloud::UpAxis;
+use crate::error::{Error, Result};
+use crate::gi::SpotLight;
+use crate::settings::Settings;
+
+mod camera;
+mod keys;
+mod overrides;
+mod read;
+mod reader;
+mod settings;
+mod tree;
+
+pub use camera::{DEFAULT_FOV_Y_DEGREES, DEFAULT_SIZE, default_camera};
+pub use overrides::Override;
+
+use tree::{Entry, Node, Origin, Value};
+
+/// The version of the scene format.
+pub const FORMAT: i64 = 1;
+/// Points of a generated cloud that does not say how many.
+pub const DEFAULT_POINTS: usize = 1_600_000;
+/// Seed of a generated cloud that does not say which.
+pub const DEFAULT_SEED: u64 = 1;
+/// Most points that one generated cloud may ask for.
+pub const MAX_POINTS: usize = 1_000_000_000;
+/// Largest scene file, bytes; whatever is larger is no scene.
+const MAX_FILE_BYTES: u64 = 16 << 20;
+
+/// What is to be drawn, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// The scene file, or the cloud that stands for one.
+    pub file: PathBuf,
+    /// At least one.
+    pub clouds: Vec<SceneCloud>,
+    /// Mirrors put into the scene.
+    pub mirrors: Vec<MirrorShape>,
+    /// Lights; where there is none, the albedo is shown.
+    pub lights: Vec<SceneLight>,
+    /// What the scene says of the camera; [`Scene::camera`] completes it.
+    pub camera: SceneCamera,
+    /// Every setting.
+    pub settings: Settings,
+}
+
+/// One `[[cloud]]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneCloud {
+    /// Where its points come from.
+    pub source: CloudSource,
+    /// Which axis points up; `None` leaves that to the file.
+    pub up_axis: Option<UpAxis>,
+    /// How integer colours are read.
+    pub colour_bits: ColourBits,
+    /// From the file's coordinates to the scene's frame; affine, keeps handedness.
+    pub transform: Option<DMat4>,
+    /// Specular reflectance, 0 to 1, of points whose file says none.
+    pub specular: f32,
+    /// Phong exponent of points whose file says none.
+    pub shininess: f32,
+    /// Which points are mirrors; several rules add up.
+    pub mirrors: Vec<MirrorRule>,
+}
+
+/// Where the points of a cloud come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CloudSource {
+    /// A point file.
+    File(PathBuf),
+    /// One of the reference scenes.
+    Generated {
+        /// Which.
+        name: GeneratedName,
+        /// How many points, 1 to [`MAX_POINTS`].
+        points: usize,
+        /// Of the random numbers.
+        seed: u64,
+        /// The mesh of "bunny" (needed) and "multi" (optional): PLY with faces.
+        mesh: Option<PathBuf>,
+    },
+}
+
+/// How the integer colours of a file are read.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum ColourBits {
+    /// 8-bit where no value exceeds 255.
+    #[default]
+    Auto,
+    /// 0 to 255.
+    Eight,
+    /// 0 to 65535.
+    Sixteen,
+}
+
+/// Which points are mirrors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MirrorRule {
+    /// Which points.
+    pub select: Select,
+    /// 0 to 1, the weight of the mirror picture over the point's own diffuse part.
+    pub reflectance: f32,
+}
+
+/// A choice of points.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Select {
+    /// Where the column of this name is not 0.
+    Property(String),
+    /// Where the classification is one of these.
+    Classification(Vec<u8>),
+    /// Within a box of the scene's frame.
+    Box {
+        /// Lower corner.
+        min: DVec3,
+        /// Upper corner.
+        max: DVec3,
+    },
+    /// Within `distance` of a plane of the scene's frame, on either side.
+    NearPlane {
+        /// On the plane.
+        point: DVec3,
+        /// Unit vector.
+        normal: DVec3,
+        /// Above 0.
+        distance: f64,
+    },
+}
+
+/// One `[[mirror]]`: a shape in the scene's frame. Directions are unit vectors, lengths above 0.
+#[derive(Debug, Clone, PartialEq)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the file's keys, which the documentation of scenes explains"
+)]
+pub enum MirrorShape {
+    /// A rectangle of `size` (width, height); `up` is along its height. Its back is black.
+    Plane {
+        centre: DVec3,
+        normal: DVec3,
+        up: DVec3,
+        size: DVec2,
+    },
+    /// A sphere, seen from outside.
+    Sphere { centre: DVec3, radius: f64 },
+    /// A concave dish that opens along `axis`. Its back is black.
+    Paraboloid {
+        vertex: DVec3,
+        axis: DVec3,
+        focal_length: f64,
+        rim_radius: f64,
+    },
+    /// A ring around `axis`.
+    Torus {
+        centre: DVec3,
+        axis: DVec3,
+        major_radius: f64,
+        minor_radius: f64,
+    },
+    /// A sphere with a few large waves; `amplitude` is relative to the radius, 0 to 0.9.
+    Blob {
+        centre: DVec3,
+        radius: f64,
+        amplitude: f64,
+    },
+    /// A sphere with many small waves.
+    Bumps { centre: DVec3, radius: f64 },
+    /// A triangle mesh, PLY with faces.
+    Mesh { path: PathBuf },
+}
+
+/// One `[[light]]`: a spot light in the scene's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SceneLight {
+    /// Where it is.
+    pub position: DVec3,
+    /// What it points at; differs from `position`.
+    pub target: DVec3,
+    /// W/sr per channel.
+    pub intensity: Vec3,
+    /// Half angle within which it is full, radians.
+    pub inner_angle: f64,
+    /// Half angle at which it has fallen to 0, radians; at least `inner_angle`.
+    pub outer_angle: f64,
+}
+
+/// What a scene says of its camera.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneCamera {
+    /// Where the eye is.
+    pub position: Option<DVec3>,
+    /// What it looks at.
+    pub target: Option<DVec3>,
+    /// Roughly up.
+    pub up: Option<DVec3>,
+    /// Vertical field of view, degrees.
+    pub fov_y_degrees: Option<f64>,
+    /// Nothing nearer along the axis is drawn.
+    pub near: Option<f64>,
+    /// Nothing farther along the axis is drawn.
+    pub far: Option<f64>,
+    /// Width and height, pixels.
+    pub size: Option<UVec2>,
+    /// Whom to tell that they do not fit together.
+    origin: Origin,
+}
+
+/// A scene that can be generated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names are those of the reference scenes")]
+pub enum GeneratedName {
+    Sphere,
+    Parabola,
+    Blob,
+    Torus,
+    Plane,
+    Multi,
+    Bumps,
+    Bunny,
+}
+
+impl GeneratedName {
+    /// Every scene with its name in files and on the command line.
+    pub const ALL: [(&'static str, Self); 8] = [
+        ("sphere", Self::Sphere),
+        ("parabola", Self::Parabola),
+        ("blob", Self::Blob),
+        ("torus", Self::Torus),
+        ("plane", Self::Plane),
+        ("multi", Self::Multi),
+        ("bumps", Self::Bumps),
+        ("bunny", Self::Bunny),
+    ];
+}
+
+impl Scene {
+    /// Reads a scene file (its name ends in `.toml`), or makes a scene of the point file `path` alone. What
+    /// `overrides` say takes the place of what the file says.
+    ///
+    /// # Errors
+    /// [`Error::Read`] where the file cannot be read, [`Error::Scene`] (with the line) where the file is wrong,
+    /// [`Error::Override`] where what was given on top of it is. A point file is not opened here.
+    pub fn open(path: &Path, overrides: &[Override]) -> Result<Self> {
+        if is_scene_file(path) {
+            Self::parse(&read_text(path)?, path, overrides)
+        } else {
+            let node = |value| Node {
+                value,
+                origin: Origin::File {
+                    path: path.into(),
+                    line: None,
+                },
+            };
+            let entry = |key: &str, value| Entry {
+                key: key.into(),
+                origin: node(Value::Boolean(true)).origin,
+                node: node(value),
+            };
+            // The path is used as it is: it starts from the current folder, not from the cloud's own.
+            let file = path.file_name().map_or(path, Path::new);
+            let cloud = node(Value::Table(vec![entry("path", Value::Path(file.into()))]));
+            let format = entry("format", Value::Integer(FORMAT));
+            read::scene(
+                node(Value::Table(vec![
+                    format,
+                    entry("cloud", Value::Array(vec![cloud])),
+                ])),
+                path,
+                overrides,
+            )
+        }
+    }
+
+    /// Reads the text of the scene file `path`; paths in it are relative to its folder.
+    ///
+    /// # Errors
+    /// As [`Scene::open`].
+    pub fn parse(text: &str, path: &Path, overrides: &[Override]) -> Result<Self> {
+        read::scene(Node::parse_document(text, path)?, path, overrides)
+    }
+}
+
+impl SceneLight {
+    /// The light, relative to the scene's origin.
+    pub fn relative_to(&self, origin: DVec3) -> SpotLight {
+        SpotLight {
+            position: (self.position - origin).as_vec3(),
+            axis: (self.target - self.position)
+                .normalize_or(DVec3::NEG_Z)
+                .as_vec3(),
+            intensity: self.intensity,
+            inner_angle: self.inner_angle as f32,
+            outer_angle: self.outer_angle as f32,
+        }
+    }
+}
+
+/// Whether `path` names a scene file rather than a point file.
+pub fn is_scene_file(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+}
+
+fn read_text(path: &Path) -> Result<String> {
+    let unreadable = |source| Error::Read {
+        path: path.into(),
+        source,
+    };
+    let wrong = |problem: &str| Error::Scene {
+        path: path.into(),
+        line: None,
+        problem: problem.into(),
+    };
+    // Opening a pipe would wait for whoever writes into it.
+    let kind = std::fs::metadata(path).map_err(unreadable)?;
+    if !kind.is_file() {
+        return Err(wrong("is not a file; give the path of a scene file"));
+    }
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    file.take(MAX_FILE_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(wrong(
+            "is larger than 16 MiB, which no scene file is; clouds belong into files of their own",
+        ));
+    }
+    String::from_utf8(bytes).map_err(|_| wrong("is not UTF-8 text; a scene file is TOML"))
+}
