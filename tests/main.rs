@@ -2,6 +2,7 @@
 
 mod analytic;
 mod evenness;
+mod forms;
 mod generate;
 mod mesh;
 mod npz;
@@ -12,6 +13,7 @@ use libtest_mimic::Arguments;
 
 fn main() {
     let trials = [
+        evenness::tests(),
         generate::tests(),
         mesh::tests(),
         oracle::tests(),
