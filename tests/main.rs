@@ -12,7 +12,9 @@
 
 mod analytic;
 mod evenness;
+mod forms;
 mod generate;
+mod mesh;
 mod npz;
 mod oracle;
 mod output;
@@ -26,7 +28,9 @@ use libtest_mimic::Arguments;
 
 fn main() {
     let trials = [
+        evenness::tests(),
         generate::tests(),
+        mesh::tests(),
         oracle::tests(),
         output::tests(),
         scene::tests(),
