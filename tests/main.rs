@@ -1,23 +1,41 @@
 //! The integration tests, in one binary: a test whose data or device is missing is shown as ignored.
-
 #![allow(
-    clippy::expect_used,
-    clippy::missing_assert_message,
-    clippy::panic,
     clippy::unwrap_used,
-    reason = "tests fail by them, and these are not marked as tests where clippy would see it"
+    clippy::expect_used,
+    clippy::panic,
+    clippy::missing_assert_message,
+    clippy::print_stdout,
+    clippy::type_complexity,
+    unreachable_pub,
+    reason = "a test may fail by panic, reports its figures, and has no outside"
 )]
 
+mod analytic;
+mod evenness;
+mod generate;
+mod npz;
+mod oracle;
 mod output;
 mod scene;
+mod shaders;
 mod support;
+mod truth;
+mod twins;
 
 use libtest_mimic::Arguments;
 
 fn main() {
-    let trials = [output::tests(), scene::tests()]
-        .into_iter()
-        .flatten()
-        .collect();
+    let trials = [
+        generate::tests(),
+        oracle::tests(),
+        output::tests(),
+        scene::tests(),
+        shaders::tests(),
+        truth::tests(),
+        twins::tests(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }
