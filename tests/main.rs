@@ -11,6 +11,7 @@
 )]
 
 mod analytic;
+mod cli;
 mod evenness;
 mod generate;
 mod npz;
@@ -26,6 +27,7 @@ use libtest_mimic::Arguments;
 
 fn main() {
     let trials = [
+        cli::tests(),
         generate::tests(),
         oracle::tests(),
         output::tests(),

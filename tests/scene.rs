@@ -156,6 +156,14 @@ pub(crate) fn tests() -> Vec<Trial> {
             a_fitted_view_shows_all,
         ),
         claim(
+            "scene::a_fitted_view_is_centred_and_tight",
+            a_fitted_view_is_centred_and_tight,
+        ),
+        claim(
+            "scene::the_scenes_of_the_repository_are_sound",
+            the_scenes_of_the_repository_are_sound,
+        ),
+        claim(
             "scene::a_partial_camera_is_completed",
             a_partial_camera_is_completed,
         ),
@@ -712,6 +720,25 @@ fn a_fitted_view_shows_all() {
             }
         }
     }
+}
+
+fn the_scenes_of_the_repository_are_sound() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("pointclouds");
+    let mut read = 0;
+    for entry in std::fs::read_dir(folder).expect("the folder") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            let scene = Scene::open(&path, &[]).expect("a sound scene");
+            assert_eq!(
+                (scene.clouds.len(), scene.lights.len()),
+                (1, 1),
+                "{}",
+                path.display()
+            );
+            read += 1;
+        }
+    }
+    assert!(read >= 7, "only {read} scenes");
 }
 
 fn a_fitted_view_is_centred_and_tight() {
