@@ -11,6 +11,7 @@
 )]
 
 mod analytic;
+mod cli;
 mod evenness;
 mod forms;
 mod generate;
@@ -28,6 +29,7 @@ use libtest_mimic::Arguments;
 
 fn main() {
     let trials = [
+        cli::tests(),
         evenness::tests(),
         generate::tests(),
         mesh::tests(),

@@ -156,6 +156,14 @@ pub(crate) fn tests() -> Vec<Trial> {
             a_fitted_view_shows_all,
         ),
         claim(
+            "scene::a_fitted_view_is_centred_and_tight",
+            a_fitted_view_is_centred_and_tight,
+        ),
+        claim(
+            "scene::the_scenes_of_the_repository_are_sound",
+            the_scenes_of_the_repository_are_sound,
+        ),
+        claim(
             "scene::a_partial_camera_is_completed",
             a_partial_camera_is_completed,
         ),
@@ -711,6 +719,58 @@ fn a_fitted_view_shows_all() {
                 );
             }
         }
+    }
+}
+
+fn the_scenes_of_the_repository_are_sound() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("pointclouds");
+    let mut read = 0;
+    for entry in std::fs::read_dir(folder).expect("the folder") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            let scene = Scene::open(&path, &[]).expect("a sound scene");
+            assert_eq!(
+                (scene.clouds.len(), scene.lights.len()),
+                (1, 1),
+                "{}",
+                path.display()
+            );
+            read += 1;
+        }
+    }
+    assert!(read >= 7, "only {read} scenes");
+}
+
+fn a_fitted_view_is_centred_and_tight() {
+    let bounds = Bounds {
+        min: DVec3::new(636_000.0, 848_900.0, 400.0),
+        max: DVec3::new(637_200.0, 849_500.0, 520.0),
+    };
+    for size in [UVec2::new(800, 600), UVec2::new(600, 800)] {
+        let camera = default_camera(bounds, UpAxis::Z, size);
+        let pinhole = camera.pinhole(camera.position).expect("a sound camera");
+        let (mut low, mut high) = (Vec2::MAX, Vec2::MIN);
+        for i in 0..8 {
+            let pick = |bit: usize, axis: usize| {
+                if i & bit == 0 {
+                    bounds.min[axis]
+                } else {
+                    bounds.max[axis]
+                }
+            };
+            let corner = DVec3::new(pick(1, 0), pick(2, 1), pick(4, 2)) - camera.position;
+            let pixel = pinhole.pixel_from_view(pinhole.view_from_world(corner.as_vec3()));
+            (low, high) = (low.min(pixel), high.max(pixel));
+        }
+        let free = (low, size.as_vec2() - high);
+        assert!(
+            (free.0 - free.1).abs().max_element() < 2.0,
+            "free before and after: {free:?}"
+        );
+        assert!(
+            free.0.min_element() < 0.04 * size.max_element() as f32,
+            "free: {free:?} of {size}"
+        );
     }
 }
 
