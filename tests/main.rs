@@ -12,6 +12,7 @@
 
 mod analytic;
 mod cli;
+mod clouds;
 mod evenness;
 mod forms;
 mod generate;
@@ -30,6 +31,7 @@ use libtest_mimic::Arguments;
 fn main() {
     let trials = [
         cli::tests(),
+        clouds::tests(),
         evenness::tests(),
         generate::tests(),
         mesh::tests(),
