@@ -62,8 +62,8 @@ fn render(scene: &str, backend: &str) -> Result<Products, Failed> {
         let mesh = folder("CATOPTRIC_SCANS")
             .ok_or("no scans")?
             .join("bunny_mesh.ply");
-        overrides.push(Override::mesh(&mesh, "the test"));
         overrides.push(Override::new("cloud.0.generate", "bunny", "the test")?);
+        overrides.push(Override::mesh(&mesh, "the test"));
         root.join("pointclouds/sphere.toml")
     } else {
         root.join(format!("pointclouds/{scene}.toml"))
