@@ -13,7 +13,9 @@
 mod analytic;
 mod cli;
 mod evenness;
+mod forms;
 mod generate;
+mod mesh;
 mod npz;
 mod oracle;
 mod output;
@@ -28,7 +30,9 @@ use libtest_mimic::Arguments;
 fn main() {
     let trials = [
         cli::tests(),
+        evenness::tests(),
         generate::tests(),
+        mesh::tests(),
         oracle::tests(),
         output::tests(),
         scene::tests(),
