@@ -118,9 +118,9 @@ impl Side {
                 on_screen.into_iter().fold(f64::MIN, f64::max),
             );
             if first + last > 0.0 {
-                left = shift
+                left = shift;
             } else {
-                right = shift
+                right = shift;
             }
         }
         left.midpoint(right)
