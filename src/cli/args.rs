@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Renders point clouds with global illumination, and recognises the mirrors in them.
 ///
-/// A SCENE is a TOML file (docs/SCENES.md); a CLOUD is a point file (PLY, LAS, LAZ), for which camera, light and up
+/// A SCENE is a TOML file (docs/SCENE_FILES.md); a CLOUD is a point file (PLY, LAS, LAZ), for which camera, light and up
 /// axis are chosen to fit.
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 100, after_help = EXIT_STATUS)]

@@ -145,10 +145,10 @@ impl ExrImage {
         Ok(bytes)
     }
 
-    /// The image of a file's bytes: its float32 channels and its f64 attributes.
+    /// The image of a file's bytes: its channels, as float32 whatever they are in the file, and its f64 attributes.
     ///
     /// # Errors
-    /// Where the bytes are no EXR file of one part, or hold other numbers than float32.
+    /// Where the bytes are no EXR file of one part.
     pub fn decode(bytes: &[u8]) -> io::Result<Self> {
         let image = exr::image::read::read()
             .no_deep_data()
