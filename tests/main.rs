@@ -31,10 +31,7 @@ use libtest_mimic::Arguments;
 fn main() {
     let trials = [
         cli::tests(),
-<<<<<<< HEAD
         clouds::tests(),
-=======
->>>>>>> scene
         evenness::tests(),
         generate::tests(),
         mesh::tests(),
