@@ -11,14 +11,19 @@
 )]
 
 mod analytic;
+mod cameras;
 mod cli;
 mod evenness;
 mod forms;
 mod generate;
+mod hostile;
 mod mesh;
 mod npz;
 mod oracle;
 mod output;
+mod overrides;
+mod program;
+mod render;
 mod scene;
 mod shaders;
 mod support;
@@ -29,12 +34,16 @@ use libtest_mimic::Arguments;
 
 fn main() {
     let trials = [
+        cameras::tests(),
         cli::tests(),
         evenness::tests(),
         generate::tests(),
+        hostile::tests(),
         mesh::tests(),
         oracle::tests(),
         output::tests(),
+        overrides::tests(),
+        render::tests(),
         scene::tests(),
         shaders::tests(),
         truth::tests(),
