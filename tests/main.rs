@@ -13,6 +13,7 @@
 mod analytic;
 mod cameras;
 mod cli;
+mod clouds;
 mod evenness;
 mod forms;
 mod generate;
@@ -36,6 +37,10 @@ fn main() {
     let trials = [
         cameras::tests(),
         cli::tests(),
+<<<<<<< HEAD
+        clouds::tests(),
+=======
+>>>>>>> scene
         evenness::tests(),
         generate::tests(),
         hostile::tests(),
