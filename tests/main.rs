@@ -11,15 +11,20 @@
 )]
 
 mod analytic;
+mod cameras;
 mod cli;
 mod clouds;
 mod evenness;
 mod forms;
 mod generate;
+mod hostile;
 mod mesh;
 mod npz;
 mod oracle;
 mod output;
+mod overrides;
+mod program;
+mod render;
 mod scene;
 mod shaders;
 mod support;
@@ -30,13 +35,17 @@ use libtest_mimic::Arguments;
 
 fn main() {
     let trials = [
+        cameras::tests(),
         cli::tests(),
         clouds::tests(),
         evenness::tests(),
         generate::tests(),
+        hostile::tests(),
         mesh::tests(),
         oracle::tests(),
         output::tests(),
+        overrides::tests(),
+        render::tests(),
         scene::tests(),
         shaders::tests(),
         truth::tests(),
