@@ -1,6 +1,11 @@
 //! Screen-space curved reflections [Preiner 2010, chapters 3 to 5]: the mirrors on screen are labelled into regions of
 //! homogeneous curvature, and for every point of the cloud the pixel that shows it is searched by root finding.
 
+pub mod accumulate;
+mod settings;
+
+pub use settings::{Distribution, SscrSettings, Visibility};
+
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
 
