@@ -43,10 +43,10 @@ impl Displacement for Blob {
 pub(super) struct Bumps;
 
 /// Height of one wave of [`Bumps`], relative to the radius.
-const BUMP_HEIGHT: f64 = 0.01;
+const BUMP_HEIGHT: f64 = 0.005;
 
 /// Waves per radian around the sphere, times 2 pi.
-const BUMP_FREQUENCY: f64 = 24.0;
+const BUMP_FREQUENCY: f64 = 32.0;
 
 /// The axes of an icosahedron, unit vectors: (0, 1, golden ratio) and its like.
 const ICOSAHEDRON_AXES: [DVec3; 6] = {
