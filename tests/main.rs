@@ -13,11 +13,19 @@ mod generate;
 mod npz;
 mod oracle;
 mod output;
+mod regions;
 
 use libtest_mimic::Arguments;
 
 fn main() {
-    let trials =
-        [oracle::tests(), generate::tests(), output::tests()].into_iter().flatten().collect();
+    let trials = [
+        oracle::tests(),
+        generate::tests(),
+        output::tests(),
+        regions::tests(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }

@@ -1,8 +1,15 @@
 //! Screen-space curved reflections [Preiner 2010, chapters 3 to 5]: the mirrors on screen are labelled into regions of
 //! homogeneous curvature, and for every point of the cloud the pixel that shows it is searched by root finding.
 
+pub mod curvature;
+pub mod distribute;
+pub mod lhc;
+mod settings;
+
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
+
+pub use settings::{Distribution, SscrSettings, Visibility};
 
 /// A region of homogeneous curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]
