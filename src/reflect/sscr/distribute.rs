@@ -32,13 +32,22 @@ impl Halton {
     }
 
     /// The number of an index, 0 to 1.
-    pub fn number(&self, mut index: u32) -> f32 {
+    pub fn number(&self, index: u32) -> f32 {
+        self.mirrored(index) as f32 * self.scale
+    }
+
+    /// The index with its digits in reverse order.
+    fn mirrored(&self, mut index: u32) -> u32 {
+        // The most used base has an instruction of its own.
+        if self.base == 2 {
+            return index.reverse_bits() >> (u32::BITS - self.digits);
+        }
         let mut mirrored = 0;
         for _ in 0..self.digits {
             mirrored = mirrored * self.base + index % self.base;
             index /= self.base;
         }
-        mirrored as f32 * self.scale
+        mirrored
     }
 }
 
