@@ -235,6 +235,10 @@ settings! {
     splat: crate::gbuffer::SplatSettings;
     /// How the light reaches the points.
     gi: crate::gi::GiSettings;
+    /// How mirrors are cut into regions of homogeneous curvature.
+    lhc: crate::reflect::sscr::curvature::LhcSettings;
+    /// How mirrors are searched for what they show.
+    sscr: crate::reflect::sscr::SscrSettings;
     /// How radiance becomes a picture.
     image: crate::image::ImageSettings;
 }

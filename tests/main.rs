@@ -25,6 +25,7 @@ mod output;
 mod overrides;
 mod program;
 mod render;
+mod regions;
 mod scene;
 mod shaders;
 mod support;
@@ -46,6 +47,7 @@ fn main() {
         output::tests(),
         overrides::tests(),
         render::tests(),
+        regions::tests(),
         scene::tests(),
         shaders::tests(),
         truth::tests(),

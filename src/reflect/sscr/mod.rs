@@ -2,12 +2,15 @@
 //! homogeneous curvature, and for every point of the cloud the pixel that shows it is searched by root finding.
 
 pub mod accumulate;
+pub mod curvature;
+pub mod distribute;
+pub mod lhc;
 mod settings;
-
-pub use settings::{Distribution, SscrSettings, Visibility};
 
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
+
+pub use settings::{Distribution, SscrSettings, Visibility};
 
 /// A region of homogeneous curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,0 +1,248 @@
+//! The regions of homogeneous curvature of mirrors seen by the oracle, without the noise of splats.
+
+use catoptric::backend::cpu::Cpu;
+use catoptric::grid::Grid;
+use catoptric::reflect::sscr::LhcMap;
+use catoptric::reflect::sscr::curvature::{Axes, LhcSettings, curvature};
+use catoptric::reflect::sscr::lhc::Labeller;
+use catoptric::reflect::{Eye, Surface};
+use glam::{DVec3, UVec2, Vec3, Vec4};
+use libtest_mimic::Trial;
+use rayon::prelude::*;
+
+use crate::analytic::{C, Kind, Oracle, View};
+
+/// Spacing of 1.6 million points over room and mirror, metres.
+const SPACING: f32 = 0.0043;
+
+/// What a ray from the camera meets of a mirror's front: point and unit normal.
+type Seen = Option<(DVec3, DVec3)>;
+
+pub fn tests() -> Vec<Trial> {
+    let mut trials = Vec::new();
+    let mut add = |name: String, test: fn()| {
+        let test = move || {
+            test();
+            Ok(())
+        };
+        trials.push(Trial::test(format!("regions::{name}"), test));
+    };
+    add(
+        "a_ball_a_bowl_and_a_pane_are_one_region_each".into(),
+        || {
+            for scene in ["sphere", "parabola", "plane"] {
+                let figures = Figures::of(scene);
+                assert_eq!(
+                    (figures.raw, figures.unlabelled),
+                    (1, 0),
+                    "{scene}: {figures:?}"
+                );
+            }
+        },
+    );
+    add("the_torus_is_one_region_and_a_few_specks".into(), || {
+        assert_figures("torus", 1..=20, 0.99);
+    });
+    add("the_blob_is_few_regions".into(), || {
+        assert_figures("blob", 2..=60, 0.5);
+    });
+    add("the_bumps_are_many_regions".into(), || {
+        assert_figures("bumps", 50..=2000, 0.0);
+    });
+    add(
+        "two_balls_that_touch_are_two_regions".into(),
+        two_balls_that_touch,
+    );
+    add(
+        "one_ball_before_another_is_two_regions".into(),
+        one_ball_before_another,
+    );
+    add(
+        "a_pane_seen_at_78_and_88_degrees_is_one_region".into(),
+        || {
+            for (degrees, axes) in [(78.0, screen()), (88.0, screen()), (88.0, Axes::Way)] {
+                let front = |_, ray| tilted_pane(ray, degrees);
+                let map = labelled(&View::REFERENCE, front, axes);
+                let pixels = map.labels.values().iter().filter(|&&l| l > 0).count();
+                let regions = map.regions.len();
+                assert_eq!(regions, 1, "{degrees} degrees, {axes:?}: {pixels} pixels");
+                assert!(
+                    pixels > 1000,
+                    "{degrees} degrees: {pixels} pixels are too few"
+                );
+            }
+        },
+    );
+    add("a_ball_that_fills_the_screen_is_one_region".into(), || {
+        let near = View {
+            position: DVec3::new(0.0, 0.0, -0.62),
+            ..View::REFERENCE
+        };
+        let map = labelled(&near, oracle_front("sphere"), screen());
+        assert_eq!(map.regions.len(), 1);
+        assert_eq!(map.regions[0].pixels, 480_000);
+    });
+    add("a_ball_of_a_few_pixels_is_one_region".into(), || {
+        let far = View {
+            width: 16,
+            height: 12,
+            ..View::REFERENCE
+        };
+        let map = labelled(&far, oracle_front("sphere"), screen());
+        assert_eq!(map.regions.len(), 1, "{:?}", map.labels);
+    });
+    trials
+}
+
+/// Axes of the reference camera.
+fn screen() -> Axes {
+    Axes::Screen {
+        right: Vec3::X,
+        down: Vec3::NEG_Y,
+    }
+}
+
+/// The LHC map of what a view shows.
+fn labelled(view: &View, front: impl Fn(DVec3, DVec3) -> Seen + Sync, axes: Axes) -> LhcMap {
+    let size = UVec2::new(view.width as u32, view.height as u32);
+    let pixel = |i: usize| {
+        let ray = view.direction(i % view.width, i / view.width);
+        match front(view.position, ray) {
+            Some((p, n)) => (p.as_vec3().extend(1.0), n.as_vec3().extend(SPACING)),
+            None => (Vec4::ZERO, Vec4::ZERO),
+        }
+    };
+    let (points, normals) = (0..view.width * view.height)
+        .into_par_iter()
+        .map(pixel)
+        .unzip();
+    let surface = Surface::<Cpu> {
+        size,
+        point: Grid::from_vec(size, points).unwrap(),
+        normal: Grid::from_vec(size, normals).unwrap(),
+        eye: Eye::Point(view.position.as_vec3()),
+    };
+    let map = curvature(&surface, axes, &LhcSettings::default());
+    Labeller::default().lhc(&map).clone()
+}
+
+/// The fronts of a reference scene's mirrors.
+fn oracle_front(scene: &str) -> impl Fn(DVec3, DVec3) -> Seen + Sync {
+    let oracle = Oracle::named(scene);
+    move |origin, ray| {
+        let hit = oracle.cast(origin, ray);
+        matches!(hit.kind, Kind::Mirror(_)).then_some((hit.position, hit.normal))
+    }
+}
+
+/// How a scene's mirror falls into regions.
+#[derive(Debug)]
+struct Figures {
+    raw: usize,
+    from_8_pixels: usize,
+    from_64_pixels: usize,
+    largest_share: f32,
+    mirror_pixels: usize,
+    unlabelled: usize,
+}
+
+impl Figures {
+    /// The figures of a reference scene seen by its camera.
+    fn of(scene: &str) -> Self {
+        let front = oracle_front(scene);
+        let map = labelled(&View::REFERENCE, &front, screen());
+        let view = View::REFERENCE;
+        let is_mirror = |i: &usize| {
+            front(
+                view.position,
+                view.direction(i % view.width, i / view.width),
+            )
+            .is_some()
+        };
+        let mirror_pixels = (0..view.width * view.height)
+            .into_par_iter()
+            .filter(is_mirror)
+            .count();
+        let labelled = map.labels.values().iter().filter(|&&l| l > 0).count();
+        let from = |pixels| map.regions.iter().filter(|r| r.pixels >= pixels).count();
+        Self {
+            raw: map.regions.len(),
+            from_8_pixels: from(8),
+            from_64_pixels: from(64),
+            largest_share: map.regions.first().map_or(0.0, |r| r.weight),
+            mirror_pixels,
+            unlabelled: mirror_pixels - labelled,
+        }
+    }
+}
+
+/// Holds a scene's number of regions, and the share of its largest, within bounds.
+#[expect(
+    clippy::print_stdout,
+    reason = "the documentation quotes these figures"
+)]
+fn assert_figures(scene: &str, raw: std::ops::RangeInclusive<usize>, largest_share: f32) {
+    let figures = Figures::of(scene);
+    println!("{scene}: {figures:?}");
+    assert!(raw.contains(&figures.raw), "{scene}: {figures:?}");
+    assert!(
+        figures.largest_share >= largest_share,
+        "{scene}: {figures:?}"
+    );
+    assert!(
+        figures.unlabelled * 1000 <= figures.mirror_pixels,
+        "{scene}: {figures:?}"
+    );
+}
+
+/// Where a ray meets a ball.
+fn ball(origin: DVec3, ray: DVec3, centre: DVec3, radius: f64) -> Option<(f64, DVec3, DVec3)> {
+    let (a, b) = (ray.length_squared(), ray.dot(centre - origin));
+    let under = b * b - a * ((centre - origin).length_squared() - radius * radius);
+    let t = (under > 0.0).then(|| (b - under.sqrt()) / a)?;
+    let point = origin + ray * t;
+    Some((t, point, (point - centre) / radius))
+}
+
+/// The nearer of two balls.
+fn balls(origin: DVec3, ray: DVec3, centres: [DVec3; 2], radius: f64) -> Seen {
+    let met = centres
+        .into_iter()
+        .filter_map(|c| ball(origin, ray, c, radius));
+    met.min_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, p, n)| (p, n))
+}
+
+fn two_balls_that_touch() {
+    for apart in [DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0).normalize()] {
+        let centres = [C - apart * 0.25, C + apart * 0.25];
+        let front = |origin, ray| balls(origin, ray, centres, 0.25);
+        let map = labelled(&View::REFERENCE, front, screen());
+        assert_eq!(
+            map.regions.len(),
+            2,
+            "apart along {apart}: {:?}",
+            map.regions
+        );
+    }
+}
+
+fn one_ball_before_another() {
+    let centres = [C, C + DVec3::new(0.2, 0.1, -0.6)];
+    let front = |origin, ray| balls(origin, ray, centres, 0.25);
+    let map = labelled(&View::REFERENCE, front, screen());
+    assert_eq!(map.regions.len(), 2, "{:?}", map.regions);
+}
+
+/// A pane of 0.8 x 0.8 m, so many degrees from facing the reference camera.
+fn tilted_pane(ray: DVec3, degrees: f64) -> Seen {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let normal = DVec3::new(sin, 0.0, cos);
+    let origin = View::REFERENCE.position;
+    let t = (C - origin).dot(normal) / ray.dot(normal);
+    let point = origin + ray * t;
+    let across = (point - C).dot(DVec3::new(cos, 0.0, -sin));
+    let on_front = t > 0.0 && ray.dot(normal) < 0.0;
+    let on_pane = across.abs() <= 0.4 && (point.y - C.y).abs() <= 0.4;
+    (on_front && on_pane).then_some((point, normal))
+}
