@@ -1,5 +1,7 @@
 //! Triangle meshes: read from PLY files sound and broken, and sampled evenly.
 
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,42 +14,19 @@ use libtest_mimic::{Failed, Trial};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-pub fn tests() -> Vec<Trial> {
-    let claims: [(&str, fn()); 8] = [
-        (
-            "ascii_and_binary_files_give_the_same_mesh",
-            ascii_and_binary_give_the_same,
-        ),
-        (
-            "the_files_own_normals_are_used_where_all_are_sound",
-            own_normals_are_used,
-        ),
-        (
-            "triangles_get_points_by_their_area",
-            triangles_get_points_by_their_area,
-        ),
-        ("a_broken_file_is_a_sentence", a_broken_file_is_a_sentence),
-        ("a_damaged_file_never_panics", a_damaged_file_never_panics),
-        (
-            "what_is_no_ordinary_file_is_a_sentence",
-            no_ordinary_file_is_a_sentence,
-        ),
-        (
-            "a_cancelled_job_reads_no_mesh",
-            a_cancelled_job_reads_no_mesh,
-        ),
-        (
-            "a_mesh_that_has_no_use_is_refused",
-            a_mesh_that_has_no_use_is_refused,
-        ),
+use crate::generate::claim;
+
+pub(crate) fn tests() -> Vec<Trial> {
+    let mut trials = vec![
+        claim(ascii_and_binary_files_give_the_same_mesh),
+        claim(the_files_own_normals_are_used_where_all_are_sound),
+        claim(triangles_get_points_by_their_area),
+        claim(a_broken_file_is_a_sentence),
+        claim(a_damaged_file_never_panics),
+        claim(what_is_no_ordinary_file_is_a_sentence),
+        claim(a_cancelled_job_reads_no_mesh),
+        claim(a_mesh_that_has_no_use_is_refused),
     ];
-    let trial = |(name, test): (&str, fn())| {
-        Trial::test(format!("mesh::{name}"), move || {
-            test();
-            Ok(())
-        })
-    };
-    let mut trials: Vec<Trial> = claims.into_iter().map(trial).collect();
     let scans = std::env::var_os("CATOPTRIC_SCANS")
         .map(|folder| PathBuf::from(folder).join("bunny_mesh.ply"));
     let missing = scans.is_none();
@@ -98,9 +77,9 @@ fn binary(little: bool) -> Vec<u8> {
     .into_bytes();
     let mut put = |big: &[u8]| {
         if little {
-            bytes.extend(big.iter().rev())
+            bytes.extend(big.iter().rev());
         } else {
-            bytes.extend(big)
+            bytes.extend(big);
         }
     };
     for value in CORNERS.iter().flatten() {
@@ -136,7 +115,7 @@ fn read(bytes: &[u8]) -> Result<TriangleMesh, Error> {
     TriangleMesh::read(&path, &Job::default())
 }
 
-fn ascii_and_binary_give_the_same() {
+fn ascii_and_binary_files_give_the_same_mesh() {
     let mesh = read(&ascii()).expect("a sound file");
     assert_eq!(
         (mesh.vertices().len(), mesh.triangles().len()),
@@ -156,7 +135,7 @@ fn ascii_and_binary_give_the_same() {
     assert_eq!(read(&binary(false)).ok(), Some(mesh), "big endian");
 }
 
-fn own_normals_are_used() {
+fn the_files_own_normals_are_used_where_all_are_sound() {
     let with = |normals: [&str; 3]| {
         let text = format!(
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -313,7 +292,7 @@ fn a_damaged_file_never_panics() {
     assert!(count > 300, "most damage must be noticed, got {count}");
 }
 
-fn no_ordinary_file_is_a_sentence() {
+fn what_is_no_ordinary_file_is_a_sentence() {
     let (folder, path) = write("mesh.ply", &ascii());
     let refusal = |path: &Path| {
         TriangleMesh::read(path, &Job::default())

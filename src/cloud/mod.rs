@@ -1,12 +1,34 @@
 //! Point clouds: reading, writing, generating, and making surfels of them.
 
+mod colour;
+mod facts;
 pub mod generate;
+mod guard;
+mod las;
 mod mesh;
+mod neighbours;
+mod normals;
+mod placed;
+mod ply;
+mod ply_write;
+mod prepare;
 mod raw;
+mod read;
+mod rules;
+mod shuffle;
+mod spacing;
 mod surfels;
+mod tint;
 
+pub use facts::{Bounds, CloudFacts, Facts};
 pub use mesh::{Faces, TriangleMesh};
+pub use neighbours::{NORMAL_NEIGHBOURS, SPACING_NEIGHBOURS};
+pub use ply_write::write_ply;
+pub use prepare::{Material, PlacedCloud, Prepared, prepare};
 pub use raw::{RawCloud, Repairs, UpAxis};
+pub use read::{ColourBits, ReadOptions, read_cloud};
+pub use rules::{MirrorRule, Select};
+pub use spacing::typical_spacing;
 pub use surfels::{
     Finish, MAX_SHININESS, Place, SHININESS_LOG_RANGE, Surfel, Surfels, shininess_from_log,
 };

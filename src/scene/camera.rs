@@ -5,7 +5,7 @@ use glam::{DVec3, UVec2};
 use super::tree::Origin;
 use super::{Scene, SceneCamera};
 use crate::camera::Camera;
-use crate::cloud::UpAxis;
+use crate::cloud::{Bounds, UpAxis};
 use crate::error::{Error, Result};
 
 /// Width and height of a picture whose size nobody gives, pixels.
@@ -17,11 +17,11 @@ const MARGIN: f64 = 1.05;
 /// Nearest plane, relative to the farthest point: what is nearer to the eye is in it.
 const NEAREST: f64 = 1e-4;
 
-/// A camera outside of `bounds` (lower and upper corner, scene's frame) that sees all of them: turned by three
+/// A camera outside of `bounds` (scene's frame) that sees all of them: turned by three
 /// eighths of a right angle from the front, and looking down at 27 degrees.
 ///
 /// The front is +z where y is up, and -y where z is up, as modelling programs have it.
-pub fn default_camera(bounds: (DVec3, DVec3), up: UpAxis, size: UVec2) -> Camera {
+pub fn default_camera(bounds: Bounds, up: UpAxis, size: UVec2) -> Camera {
     let stated = SceneCamera {
         size: Some(size),
         ..SceneCamera::unstated(Origin::given(""))
@@ -44,18 +44,16 @@ impl SceneCamera {
         }
     }
 
-    fn complete(&self, bounds: (DVec3, DVec3), up_axis: UpAxis) -> Camera {
+    fn complete(&self, bounds: Bounds, up_axis: UpAxis) -> Camera {
         let corners = corners(bounds);
-        let centre = (bounds.0 + bounds.1) / 2.0;
+        let centre = bounds.centre();
         let size = self.size.unwrap_or(DEFAULT_SIZE);
         let fov_y_degrees = self.fov_y_degrees.unwrap_or(DEFAULT_FOV_Y_DEGREES);
 
         // Where it stands and looks.
         let (position, target) = match (self.position, self.target) {
             (Some(position), Some(target)) => (position, target),
-            (Some(position), None)
-                if position.distance(centre) > 1e-9 * (bounds.1 - bounds.0).length() =>
-            {
+            (Some(position), None) if position.distance(centre) > 1e-9 * bounds.size().length() => {
                 (position, centre)
             }
             (Some(position), None) => (
@@ -120,13 +118,13 @@ impl SceneCamera {
 }
 
 impl Scene {
-    /// The camera, completed to fit `bounds` (lower and upper corner, scene's frame): a position outside of them
+    /// The camera, completed to fit `bounds` (scene's frame): a position outside of them
     /// or a target in their middle, `up` along `up_axis`, the planes around them.
     ///
     /// # Errors
     /// [`Error::Scene`] or [`Error::Override`] where what is said does not make a camera: a target at the position,
     /// up along the view, planes in the wrong order.
-    pub fn camera(&self, bounds: (DVec3, DVec3), up_axis: UpAxis) -> Result<Camera> {
+    pub fn camera(&self, bounds: Bounds, up_axis: UpAxis) -> Result<Camera> {
         let camera = self.camera.complete(bounds, up_axis);
         match camera.pinhole(DVec3::ZERO) {
             Ok(_) => Ok(camera),
@@ -169,7 +167,7 @@ fn fitting_distance(
     if distance > 0.0 { distance } else { 1.0 }
 }
 
-fn corners((min, max): (DVec3, DVec3)) -> [DVec3; 8] {
+fn corners(Bounds { min, max }: Bounds) -> [DVec3; 8] {
     std::array::from_fn(|i| {
         let side = |bit: usize| f64::from(u8::from(i & bit != 0));
         min + (max - min) * DVec3::new(side(1), side(2), side(4))

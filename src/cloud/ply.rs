@@ -1,0 +1,54 @@
+//! Reads PLY: ascii and binary, either byte order, any scalar types; lists and other elements are passed over.
+
+mod body;
+mod columns;
+mod header;
+
+use std::io::{BufReader, Seek, SeekFrom};
+
+use ply_rs::ply::Encoding;
+
+use self::columns::{Columns, Layout};
+use self::header::Header;
+use super::guard::require_memory;
+use super::read::Source;
+use super::{RawCloud, ReadOptions};
+use crate::error::Result;
+use crate::job::Job;
+
+const BUFFER: usize = 1 << 20; // bytes
+
+/// Reads the points of a PLY file. See [`super::read_cloud`].
+pub(super) fn read(mut source: Source<'_>, options: &ReadOptions, job: &Job) -> Result<RawCloud> {
+    let header = Header::read(&mut source)?;
+    header.check_counts(&source)?;
+    let layout = Layout::new(&source, header.points(), options)?;
+    let count = header.points().def.count;
+    require_memory("the point cloud", count as u64 * layout.bytes_per_point())?;
+
+    // Elements before the points have to be passed over; what follows them is not read.
+    source
+        .file
+        .seek(SeekFrom::Start(header.length))
+        .map_err(|e| source.io_error(e))?;
+    let mut file = BufReader::with_capacity(BUFFER, &source.file);
+    let mut columns = Columns::with_capacity(&layout, count);
+    for element in header.before_points() {
+        body::read(&mut file, &header, element, &source, job, |_| Ok(()))?;
+    }
+    body::read(&mut file, &header, &layout.element, &source, job, |row| {
+        columns.push(row);
+        Ok(())
+    })?;
+
+    let mut cloud = columns.into_cloud(&layout, options.colour_bits);
+    cloud.up_axis = header.up_axis();
+    cloud.column_names = header.points().names.clone();
+    cloud.format = match header.encoding {
+        Encoding::Ascii => "PLY, ascii",
+        Encoding::BinaryLittleEndian => "PLY, binary little endian",
+        Encoding::BinaryBigEndian => "PLY, binary big endian",
+    }
+    .to_owned();
+    Ok(cloud)
+}
