@@ -235,6 +235,8 @@ settings! {
     splat: crate::gbuffer::SplatSettings;
     /// How the light reaches the points.
     gi: crate::gi::GiSettings;
+    /// How reflected rays are traced.
+    ray_trace: crate::reflect::ray_trace::RayTraceSettings;
     /// How radiance becomes a picture.
     image: crate::image::ImageSettings;
 }

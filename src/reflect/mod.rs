@@ -5,6 +5,7 @@ use glam::{UVec2, Vec2, Vec3, Vec4};
 
 use crate::backend::Backend;
 
+pub mod ray_trace;
 pub mod sscr;
 
 /// From where a surface is seen: the camera, or, mirror bounce by mirror bounce, the mirror point of each pixel.
