@@ -14,10 +14,14 @@ mod analytic;
 mod evenness;
 mod forms;
 mod generate;
+mod ideal;
 mod mesh;
 mod npz;
 mod oracle;
 mod output;
+mod ray_trace;
+mod root_find;
+mod roots;
 mod scene;
 mod shaders;
 mod support;
@@ -33,6 +37,9 @@ fn main() {
         mesh::tests(),
         oracle::tests(),
         output::tests(),
+        ray_trace::tests(),
+        root_find::tests(),
+        roots::tests(),
         scene::tests(),
         shaders::tests(),
         truth::tests(),

@@ -1,6 +1,9 @@
 //! Screen-space curved reflections [Preiner 2010, chapters 3 to 5]: the mirrors on screen are labelled into regions of
 //! homogeneous curvature, and for every point of the cloud the pixel that shows it is searched by root finding.
 
+pub mod mirror_error;
+pub mod root_find;
+
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
 
