@@ -18,14 +18,18 @@ mod evenness;
 mod forms;
 mod generate;
 mod hostile;
+mod ideal;
 mod mesh;
 mod npz;
 mod oracle;
 mod output;
 mod overrides;
 mod program;
-mod render;
+mod ray_trace;
 mod regions;
+mod render;
+mod root_find;
+mod roots;
 mod scene;
 mod shaders;
 mod support;
@@ -47,7 +51,10 @@ fn main() {
         output::tests(),
         overrides::tests(),
         render::tests(),
+        ray_trace::tests(),
         regions::tests(),
+        root_find::tests(),
+        roots::tests(),
         scene::tests(),
         shaders::tests(),
         truth::tests(),
