@@ -37,10 +37,7 @@ fn main() {
     let trials = [
         cameras::tests(),
         cli::tests(),
-<<<<<<< HEAD
         clouds::tests(),
-=======
->>>>>>> scene
         evenness::tests(),
         generate::tests(),
         hostile::tests(),
