@@ -235,6 +235,8 @@ settings! {
     splat: crate::gbuffer::SplatSettings;
     /// How the light reaches the points.
     gi: crate::gi::GiSettings;
+    /// What mirrors show.
+    reflect: crate::reflect::ReflectSettings;
     /// How mirrors are cut into regions of homogeneous curvature.
     lhc: crate::reflect::sscr::curvature::LhcSettings;
     /// How mirrors are searched for what they show.

@@ -47,6 +47,10 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "FILE.exr")]
     pub(super) gbuffer: Option<PathBuf>,
 
+    /// Write what each mirror pixel shows: the mirrors' G-buffer, as FILE.exr; empty where no mirror is seen
+    #[arg(long, value_name = "FILE")]
+    pub(super) mirror_gbuffer: Option<PathBuf>,
+
     /// The camera beside the G-buffer, as JSON: what other programs need to project with it.
     #[arg(long, value_name = "FILE.json")]
     pub(super) camera_json: Option<PathBuf>,

@@ -29,26 +29,31 @@ pub struct MirrorGBuffer<B: Backend + ?Sized> {
 }
 
 impl MirrorGBuffer<Cpu> {
-    /// The rays of a surface, which show nothing yet.
-    pub fn of(surface: &Surface<Cpu>) -> Self {
-        let grid = || Grid::new(surface.size, Vec4::ZERO);
-        let (mut origin, mut direction) = (grid(), grid());
-        for i in 0..origin.values().len() {
-            if let Some((from, towards)) = surface.reflected(i) {
-                origin.values_mut()[i] = from.extend(1.0);
-                direction.values_mut()[i] = towards.extend(0.0);
-            }
-        }
+    /// A picture without mirrors.
+    pub fn empty(size: UVec2) -> Self {
+        let grid = || Grid::new(size, Vec4::ZERO);
         Self {
-            origin,
-            direction,
+            origin: grid(),
+            direction: grid(),
             surface: grid(),
             albedo: grid(),
             material: grid(),
-            region: Grid::new(surface.size, 0),
-            count: Grid::new(surface.size, 0),
-            level: Grid::new(surface.size, 0.0),
+            region: Grid::new(size, 0),
+            count: Grid::new(size, 0),
+            level: Grid::new(size, 0.0),
         }
+    }
+
+    /// The rays of a surface, which show nothing yet.
+    pub fn of(surface: &Surface<Cpu>) -> Self {
+        let mut mirror = Self::empty(surface.size);
+        for i in 0..mirror.origin.values().len() {
+            if let Some((from, towards)) = surface.reflected(i) {
+                mirror.origin.values_mut()[i] = from.extend(1.0);
+                mirror.direction.values_mut()[i] = towards.extend(0.0);
+            }
+        }
+        mirror
     }
 
     /// Width and height, pixels.

@@ -12,7 +12,7 @@ mod settings;
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
 
-pub use settings::{Distribution, SscrSettings, Visibility};
+pub use settings::{Distribution, Search, SscrSettings, Visibility};
 
 /// A region of homogeneous curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]

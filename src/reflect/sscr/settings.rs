@@ -3,6 +3,14 @@
 use crate::{setting_choice, settings_group};
 
 setting_choice! {
+    /// How the pixel that shows a point is searched.
+    pub enum Search {
+        /// Interleaved bracketing and bisection, one region a point [Preiner 2010, algorithm 3.1].
+        Interleaved = "interleaved",
+    }
+}
+
+setting_choice! {
     /// How the points are shared out among the regions.
     pub enum Distribution {
         /// Each region gets its share of the mirrors' pixels.
@@ -25,6 +33,8 @@ setting_choice! {
 settings_group! {
     /// How mirrors are searched for what they show.
     pub struct SscrSettings in "sscr" {
+        /// How the pixel that shows a point is searched.
+        search: Search = Search::Interleaved;
         /// How often a point that was lost starts again from another place of its region. The first two gain most
         /// [Preiner 2010, figure 5.4]; cost grows with the points that are lost.
         seed_attempts: u32 = 4, 0..=64, "attempts";

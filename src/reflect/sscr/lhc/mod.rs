@@ -76,6 +76,11 @@ impl Default for Labeller {
 }
 
 impl Labeller {
+    /// The regions of the last picture.
+    pub fn map(&self) -> &LhcMap {
+        &self.map
+    }
+
     /// The LHC map of a curvature map ([`super::curvature::curvature`]).
     ///
     /// Every mirror pixel gets a label, but those from which no way leads, within the mirror and over no depth step, to
