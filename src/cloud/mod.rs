@@ -17,6 +17,7 @@ mod read;
 mod rules;
 mod shuffle;
 mod surfels;
+mod survey;
 mod tint;
 
 pub use facts::{Bounds, CloudFacts, Facts};
@@ -30,3 +31,4 @@ pub use rules::{MirrorRule, Select};
 pub use surfels::{
     Finish, MAX_SHININESS, Place, SHININESS_LOG_RANGE, Surfel, Surfels, shininess_from_log,
 };
+pub use survey::{bounds_of, typical_spacing};
