@@ -21,18 +21,14 @@ pub enum CloudSource<'a> {
 /// The scene file (TOML) of a generated scene: its points, the light and the camera of `docs/SCENES.md`.
 pub fn scene_toml(name: SceneName, source: CloudSource<'_>) -> String {
     let what = match name {
-        SceneName::Sphere => {
-            "A ball shows the room behind the camera, shrunk; the simplest curved mirror."
-        }
-        SceneName::Parabola => {
-            "A bowl shows the room upside down; in front of its focus reflections cross."
-        }
+        SceneName::Sphere => "A ball shows the room behind the camera, shrunk.",
+        SceneName::Parabola => "A bowl shows the room upside down, from beyond its focus.",
         SceneName::Blob => "A dented ball shows most things more than once.",
-        SceneName::Torus => "A tilted ring: curved both ways outside, like a saddle inside.",
-        SceneName::Plane => "A flat mirror, turned by 20 degrees; its reflection is known exactly.",
+        SceneName::Torus => "A tilted ring: a bulge outside, a saddle inside.",
+        SceneName::Plane => "A flat mirror, turned by 20 degrees.",
         SceneName::Multi => "Several mirrors side by side, which also show each other.",
-        SceneName::Bumps => "A ball covered with bumps and dents: hundreds of small reflections.",
-        SceneName::Bunny => "The Stanford bunny (Stanford 3D Scanning Repository) as a mirror.",
+        SceneName::Bumps => "A ball covered with bumps and dents: some 200 small reflections.",
+        SceneName::Bunny => "The Stanford bunny as a mirror (Stanford 3D Scanning Repository).",
     };
     let quoted = |path: &str| toml::Value::from(path).to_string();
     let cloud = match source {
