@@ -18,7 +18,6 @@ mod rules;
 mod shuffle;
 mod spacing;
 mod surfels;
-mod survey;
 mod tint;
 
 pub use facts::{Bounds, CloudFacts, Facts};
@@ -33,4 +32,3 @@ pub use spacing::typical_spacing;
 pub use surfels::{
     Finish, MAX_SHININESS, Place, SHININESS_LOG_RANGE, Surfel, Surfels, shininess_from_log,
 };
-pub use survey::{bounds_of, typical_spacing};

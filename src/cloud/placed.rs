@@ -188,7 +188,7 @@ fn move_directions(raw: &mut RawCloud, transform: &DMat4) {
 }
 
 /// Whether a point is somewhere.
-pub(super) fn is_sound(p: &DVec3) -> bool {
+fn is_sound(p: &DVec3) -> bool {
     p.is_finite() && p.abs().max_element() <= FARTHEST
 }
 
