@@ -124,10 +124,10 @@ fn flipped_bits() -> std::result::Result<(), Failed> {
     let mut files = sample_las()?;
     files.extend(ENCODINGS.map(|encoding| (format!("{encoding:?}"), sample_ply(encoding))));
     for (name, whole) in files {
-        // Every bit of the header once, and some of the rest.
+        // Every seventh bit of the header, and some of the rest.
         let header = whole.len().min(600) * 8;
         let rest = (header..whole.len() * 8).step_by(997);
-        for bit in (0..header).step_by(3).chain(rest) {
+        for bit in (0..header).step_by(7).chain(rest) {
             let mut bytes = whole.clone();
             bytes[bit / 8] ^= 1 << (bit % 8);
             demand_harmless(&format!("{name} with bit {bit} flipped"), &bytes)?;

@@ -9,7 +9,7 @@ mod samples;
 use std::path::Path;
 
 use catoptric::cloud::{RawCloud, ReadOptions, read_cloud};
-use catoptric::{Job, Result};
+use catoptric::{Error, Job, Result};
 use libtest_mimic::{Failed, Trial};
 
 /// The tests of this folder. Those of real scans are ignored where `CATOPTRIC_SCANS` does not name their folder.
@@ -39,7 +39,11 @@ fn read(path: &Path) -> Result<RawCloud> {
 
 /// Reads a file of these bytes.
 fn read_bytes(bytes: &[u8], options: &ReadOptions) -> Result<RawCloud> {
-    let file = tempfile::NamedTempFile::new().expect("a temporary file");
-    std::fs::write(file.path(), bytes).expect("room for it");
+    let io_error = |source| Error::Write {
+        path: "a temporary file".into(),
+        source,
+    };
+    let file = tempfile::NamedTempFile::new().map_err(io_error)?;
+    std::fs::write(file.path(), bytes).map_err(io_error)?;
     read_cloud(file.path(), options, &Job::default())
 }
