@@ -1,1 +1,7 @@
-fn main() {}
+//! The program `catoptric`: the library's way to the command line.
+
+mod cli;
+
+fn main() -> std::process::ExitCode {
+    cli::run()
+}

@@ -8,6 +8,7 @@ use glam::{UVec2, Vec4};
 
 use crate::backend::Backend;
 use crate::backend::cpu::Cpu;
+use crate::backend::gpu::{AdapterChoice, Gpu, GpuOptions};
 use crate::cloud::Surfels;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, View, frame};
@@ -51,6 +52,7 @@ pub struct Renderer {
 
 enum AnySession {
     Cpu(Session<Cpu>),
+    Gpu(Box<Session<Gpu>>),
 }
 
 impl Renderer {
@@ -60,13 +62,28 @@ impl Renderer {
     /// [`Error::NoAdapter`] where a GPU is asked for and there is none; [`Error::Gpu`] and [`Error::Memory`] where it
     /// cannot hold the surfels.
     pub fn new(choice: &BackendChoice, surfels: &Arc<Surfels>) -> Result<Self> {
-        let session = match choice {
-            BackendChoice::Auto | BackendChoice::Cpu => {
-                AnySession::Cpu(Session::new(Cpu::default(), surfels)?)
-            }
-            BackendChoice::Gpu(_) => {
-                return Err(Error::NoAdapter("there is no GPU backend yet".into()));
-            }
+        let open = |adapter| {
+            Gpu::new(&GpuOptions {
+                adapter,
+                ..GpuOptions::default()
+            })
+        };
+        let gpu = match choice {
+            BackendChoice::Cpu => None,
+            BackendChoice::Gpu(None) => Some(open(AdapterChoice::Any)?),
+            BackendChoice::Gpu(Some(name)) => Some(open(AdapterChoice::Named(name.clone()))?),
+            BackendChoice::Auto => match open(AdapterChoice::Hardware) {
+                Ok(gpu) => Some(gpu),
+                Err(Error::NoAdapter(_)) => {
+                    log::info!("no graphics card was found; the processor renders");
+                    None
+                }
+                Err(other) => return Err(other),
+            },
+        };
+        let session = match gpu {
+            Some(gpu) => AnySession::Gpu(Box::new(Session::new(gpu, surfels)?)),
+            None => AnySession::Cpu(Session::new(Cpu::default(), surfels)?),
         };
         Ok(Self { session })
     }
@@ -75,6 +92,7 @@ impl Renderer {
     pub fn backend(&self) -> &'static str {
         match &self.session {
             AnySession::Cpu(s) => s.backend.name(),
+            AnySession::Gpu(s) => s.backend.name(),
         }
     }
 
@@ -82,6 +100,7 @@ impl Renderer {
     pub fn adapter(&self) -> Option<String> {
         match &self.session {
             AnySession::Cpu(s) => s.backend.adapter(),
+            AnySession::Gpu(s) => s.backend.adapter(),
         }
     }
 
@@ -98,6 +117,7 @@ impl Renderer {
     ) -> Result<Products> {
         match &mut self.session {
             AnySession::Cpu(s) => s.render(view, plan, settings, job),
+            AnySession::Gpu(s) => s.render(view, plan, settings, job),
         }
     }
 }

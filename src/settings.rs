@@ -1,6 +1,6 @@
 //! Every setting of the program, assembled from the stages that own them.
 //!
-//! A group is declared with [`settings_group!`] beside its stage: the declaration makes the struct, its defaults,
+//! A group is declared with [`settings_group!`](crate::settings_group) beside its stage: the declaration makes the struct, its defaults,
 //! its reading from TOML, its checks, and the description that `--help`, `--set` and the viewer list; so a new
 //! setting cannot be forgotten anywhere.
 

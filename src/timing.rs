@@ -37,6 +37,13 @@ impl Timings {
         }
     }
 
+    /// Adds `ms` on the device to the row `name`, which [`Timings::add`] has made.
+    pub fn add_gpu(&mut self, name: &str, ms: f64) {
+        if let Some(pass) = self.passes.iter_mut().find(|p| p.name == name) {
+            *pass.gpu_ms.get_or_insert(0.0) += ms;
+        }
+    }
+
     /// Runs `work` and adds its wall time to the row `name`.
     pub fn time<R>(&mut self, name: &str, work: impl FnOnce() -> R) -> R {
         let start = Instant::now();

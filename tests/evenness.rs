@@ -1,14 +1,115 @@
 //! Whether points are spread evenly over a surface, and how many regions a mirror shows.
 
-use std::f64::consts::TAU;
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+use std::f64::consts::{PI, TAU};
+
+use catoptric::cloud::generate::{SceneName, Shape};
 use glam::{DMat2, DVec2, DVec3};
+use libtest_mimic::Trial;
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
 
-use crate::analytic::{C, Hit, Kind};
+use crate::analytic::{Hit, Kind, Oracle, View};
+use crate::forms::C;
+use crate::generate::claim;
+
+pub(crate) fn tests() -> Vec<Trial> {
+    vec![
+        claim(areas_are_those_of_the_books),
+        claim(every_part_of_a_surface_gets_its_share),
+        claim(bumps_show_some_two_hundred_regions),
+    ]
+}
+
+/// The mirror of a scene that has one.
+fn mirror_of(name: SceneName) -> Shape {
+    let mirrors = name.mirrors(None).expect("a scene that needs no mesh");
+    mirrors.into_iter().next().expect("a mirror")
+}
+
+fn areas_are_those_of_the_books() {
+    let bowl = 8.0 * PI / 3.0 * 0.25f64.powi(2) * ((1.0 + 0.88f64.powi(2)).powf(1.5) - 1.0);
+    let facets = |name: &str| {
+        let oracle = Oracle::named(name);
+        Cells::of_radial(|d| oracle.radius(d))
+            .shares
+            .iter()
+            .sum::<f64>()
+    };
+    for (name, expected, tolerance) in [
+        (SceneName::Sphere, 4.0 * PI * 0.44f64.powi(2), 1e-12),
+        (SceneName::Parabola, bowl, 1e-12),
+        (SceneName::Torus, 4.0 * PI * PI * 0.36 * 0.13, 1e-12),
+        (SceneName::Plane, 0.64, 1e-12),
+        // Facets between points of the surface: their area is a little small.
+        (SceneName::Blob, facets("blob"), 1e-3),
+        (SceneName::Bumps, facets("bumps"), 1e-3),
+    ] {
+        let area = mirror_of(name).area().expect("a sound mirror");
+        assert!(
+            (area / expected - 1.0).abs() < tolerance,
+            "{name}: got {area}, expected {expected}"
+        );
+    }
+}
+
+fn every_part_of_a_surface_gets_its_share() {
+    for name in [
+        SceneName::Sphere,
+        SceneName::Parabola,
+        SceneName::Blob,
+        SceneName::Torus,
+        SceneName::Plane,
+        SceneName::Bumps,
+    ] {
+        let surface = mirror_of(name).surface().expect("a sound mirror");
+        let mut rng = Pcg64::seed_from_u64(7);
+        let points: Vec<DVec3> = (0..200_000)
+            .map(|_| surface.sample(&mut rng).position)
+            .collect();
+        let oracle = Oracle::named(name.name());
+        let cells = match name {
+            SceneName::Parabola => Cells::of_bowl(DVec3::new(0.0, 0.0, -1.3), 0.25, 0.44),
+            SceneName::Torus => Cells::of_ring(C, 35f64.to_radians(), 0.36, 0.13),
+            SceneName::Plane => Cells::of_square(C, 20f64.to_radians(), 0.8),
+            _ => Cells::of_radial(|d| oracle.radius(d)),
+        };
+        let excess = chi_square_excess(&cells, &points);
+        assert!(
+            excess < 5.0,
+            "{name}: chi-square is {excess} standard deviations above its mean"
+        );
+        // Negative control: a tenth of the points repeat 500 others.
+        let skewed = points
+            .iter()
+            .enumerate()
+            .map(|(i, &p)| if i % 10 == 0 { points[i / 400] } else { p });
+        let excess = chi_square_excess(&cells, &skewed.collect::<Vec<_>>());
+        assert!(
+            excess > 5.0,
+            "{name}: repeated points must be seen, got {excess}"
+        );
+    }
+}
+
+/// Counts the regions of 8 pixels or more in which the view normal bends the same way.
+fn bumps_show_some_two_hundred_regions() {
+    let count = |name: &str| {
+        let view = View::REFERENCE;
+        regions(&Oracle::named(name).view(&view), view.width)
+    };
+    let (bumps, sphere) = (count("bumps"), count("sphere"));
+    assert!(
+        (150..=300).contains(&bumps),
+        "the bumps show {bumps} regions"
+    );
+    assert_eq!(sphere, 1, "a sphere is one region");
+}
 
 /// A surface cut into cells: the area of each, and the cell that a point is in.
-pub struct Cells {
-    pub shares: Vec<f64>,
+struct Cells {
+    shares: Vec<f64>,
     cell_of: Box<dyn Fn(DVec3) -> usize>,
 }
 
@@ -37,7 +138,7 @@ fn by_rows(up_to: impl Fn(f64) -> f64) -> Vec<f64> {
 
 impl Cells {
     /// A surface around `C` whose distance is a function of the direction, by the area of fine facets.
-    pub fn of_radial(radius: impl Fn(DVec3) -> f64) -> Self {
+    fn of_radial(radius: impl Fn(DVec3) -> f64) -> Self {
         const FINE: usize = 48;
         let point = |row: f64, column: f64| {
             let z = 2.0 * row - 1.0;
@@ -73,7 +174,7 @@ impl Cells {
     }
 
     /// A paraboloid along z, in rings of equal width.
-    pub fn of_bowl(vertex: DVec3, focal_length: f64, rim: f64) -> Self {
+    fn of_bowl(vertex: DVec3, focal_length: f64, rim: f64) -> Self {
         let up_to =
             move |part: f64| (1.0 + (part * rim / (2.0 * focal_length)).powi(2)).powf(1.5) - 1.0;
         let cell_of = move |p: DVec3| {
@@ -87,7 +188,7 @@ impl Cells {
     }
 
     /// A torus whose axis is z, tilted by `tilt` about x; rows are strips of equal angle around the tube.
-    pub fn of_ring(centre: DVec3, tilt: f64, major: f64, minor: f64) -> Self {
+    fn of_ring(centre: DVec3, tilt: f64, major: f64, minor: f64) -> Self {
         let up_to = move |part: f64| major * TAU * part + minor * (TAU * part).sin();
         let (sin, cos) = tilt.sin_cos();
         let cell_of = move |p: DVec3| {
@@ -102,7 +203,7 @@ impl Cells {
     }
 
     /// An upright square, turned by `angle` about y.
-    pub fn of_square(centre: DVec3, angle: f64, side: f64) -> Self {
+    fn of_square(centre: DVec3, angle: f64, side: f64) -> Self {
         let (sin, cos) = angle.sin_cos();
         let cell_of = move |p: DVec3| {
             let q = p - centre;
@@ -116,7 +217,7 @@ impl Cells {
 }
 
 /// How far the chi-square of the points over the cells lies above its mean, in standard deviations.
-pub fn chi_square_excess(cells: &Cells, points: &[DVec3]) -> f64 {
+fn chi_square_excess(cells: &Cells, points: &[DVec3]) -> f64 {
     let mut counts = vec![0.0; cells.shares.len()];
     for &p in points {
         counts[(cells.cell_of)(p)] += 1.0;
@@ -134,7 +235,7 @@ pub fn chi_square_excess(cells: &Cells, points: &[DVec3]) -> f64 {
 /// Number of regions of 8 pixels or more on the mirrors of a picture from the reference camera: pixels that share an
 /// edge, lie within 10 cm in depth (a ball's rim falls 6 cm from one pixel to the next), and agree in the signs of determinant and trace of the screen-space derivative of
 /// the normal.
-pub fn regions(picture: &[Hit], width: usize) -> usize {
+fn regions(picture: &[Hit], width: usize) -> usize {
     let seen = |i: usize| picture.get(i).filter(|h| matches!(h.kind, Kind::Mirror(_)));
     let together = |a: usize, b: usize| match (seen(a), seen(b)) {
         (Some(a), Some(b)) => (a.t - b.t).abs() < 0.1,

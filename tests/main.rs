@@ -4,25 +4,54 @@
     clippy::expect_used,
     clippy::panic,
     clippy::missing_assert_message,
-    reason = "a test may fail by panic"
+    clippy::print_stdout,
+    clippy::type_complexity,
+    unreachable_pub,
+    reason = "a test may fail by panic, reports its figures, and has no outside"
 )]
 
 mod analytic;
+mod cameras;
+mod cli;
+mod clouds;
 mod evenness;
+mod forms;
 mod generate;
+mod hostile;
+mod mesh;
 mod npz;
 mod oracle;
 mod output;
+mod overrides;
+mod program;
 mod regions;
+mod render;
+mod scene;
+mod shaders;
+mod support;
+mod truth;
+mod twins;
 
 use libtest_mimic::Arguments;
 
 fn main() {
     let trials = [
-        oracle::tests(),
+        cameras::tests(),
+        cli::tests(),
+        clouds::tests(),
+        evenness::tests(),
         generate::tests(),
+        hostile::tests(),
+        mesh::tests(),
+        oracle::tests(),
         output::tests(),
+        overrides::tests(),
         regions::tests(),
+        render::tests(),
+        scene::tests(),
+        shaders::tests(),
+        truth::tests(),
+        twins::tests(),
     ]
     .into_iter()
     .flatten()

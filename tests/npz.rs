@@ -5,10 +5,10 @@ use std::io::Read;
 use std::path::Path;
 
 /// The arrays of an archive by name: element type as NumPy spells it, and bytes in C order.
-pub struct Npz(BTreeMap<String, (String, Vec<u8>)>);
+pub(crate) struct Npz(BTreeMap<String, (String, Vec<u8>)>);
 
 impl Npz {
-    pub fn open(path: &Path) -> Result<Self, String> {
+    pub(crate) fn open(path: &Path) -> Result<Self, String> {
         let bytes =
             std::fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
         let end = bytes
@@ -51,7 +51,7 @@ impl Npz {
     }
 
     /// An array of 32- or 16-bit floats.
-    pub fn floats(&self, name: &str) -> Result<Vec<f32>, String> {
+    pub(crate) fn floats(&self, name: &str) -> Result<Vec<f32>, String> {
         if let Ok(bytes) = self.of_type(name, "<f2") {
             return Ok(bytes
                 .as_chunks()
@@ -70,7 +70,7 @@ impl Npz {
     }
 
     /// An array of float triples.
-    pub fn vectors(&self, name: &str) -> Result<Vec<glam::DVec3>, String> {
+    pub(crate) fn vectors(&self, name: &str) -> Result<Vec<glam::DVec3>, String> {
         let floats = self.floats(name)?;
         Ok(floats
             .as_chunks()
@@ -81,7 +81,7 @@ impl Npz {
     }
 
     /// An array of bytes.
-    pub fn bytes(&self, name: &str) -> Result<&[u8], String> {
+    pub(crate) fn bytes(&self, name: &str) -> Result<&[u8], String> {
         self.of_type(name, "|u1")
     }
 

@@ -7,6 +7,7 @@ use libtest_mimic::{Failed, Trial};
 use rayon::prelude::*;
 
 use crate::analytic::{Hit, Kind, Oracle, View, WALLS, reflect};
+use crate::generate::claim;
 use crate::npz::Npz;
 
 /// The folder of reference results, where the caller has one.
@@ -14,14 +15,8 @@ fn truth() -> Option<PathBuf> {
     std::env::var_os("CATOPTRIC_TRUTH").map(PathBuf::from)
 }
 
-pub fn tests() -> Vec<Trial> {
-    let mut trials = vec![Trial::test(
-        "oracle::a_view_from_elsewhere_shows_the_same_points",
-        || {
-            a_view_from_elsewhere_shows_the_same_points();
-            Ok(())
-        },
-    )];
+pub(crate) fn tests() -> Vec<Trial> {
+    let mut trials = vec![claim(a_view_from_elsewhere_shows_the_same_points)];
     for scene in ["sphere", "parabola", "plane"] {
         let name = format!("oracle::{scene}_agrees_with_an_independent_renderer");
         let test = move || agrees_with_an_independent_renderer(scene);

@@ -15,6 +15,7 @@ use crate::image::ImageSettings;
 use crate::timing::Timings;
 
 pub mod cpu;
+pub mod gpu;
 
 /// What a spot light sees: the nearest surfel of every texel.
 pub struct LightMap<B: Backend + ?Sized> {

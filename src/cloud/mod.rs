@@ -16,6 +16,7 @@ mod raw;
 mod read;
 mod rules;
 mod shuffle;
+mod spacing;
 mod surfels;
 mod tint;
 
@@ -27,6 +28,7 @@ pub use prepare::{Material, PlacedCloud, Prepared, prepare};
 pub use raw::{RawCloud, Repairs, UpAxis};
 pub use read::{ColourBits, ReadOptions, read_cloud};
 pub use rules::{MirrorRule, Select};
+pub use spacing::typical_spacing;
 pub use surfels::{
     Finish, MAX_SHININESS, Place, SHININESS_LOG_RANGE, Surfel, Surfels, shininess_from_log,
 };

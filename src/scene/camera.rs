@@ -2,26 +2,22 @@
 
 use glam::{DVec3, UVec2};
 
+use super::fit::{Aim, corners, direction_to_eye, fitted};
 use super::tree::Origin;
 use super::{Scene, SceneCamera};
 use crate::camera::Camera;
-use crate::cloud::UpAxis;
+use crate::cloud::{Bounds, UpAxis};
 use crate::error::{Error, Result};
 
 /// Width and height of a picture whose size nobody gives, pixels.
 pub const DEFAULT_SIZE: UVec2 = UVec2::new(800, 600);
 /// Vertical field of view that nobody gives, degrees.
 pub const DEFAULT_FOV_Y_DEGREES: f64 = 60.0;
-/// What a fitted view leaves free around the bounds.
-const MARGIN: f64 = 1.05;
 /// Nearest plane, relative to the farthest point: what is nearer to the eye is in it.
 const NEAREST: f64 = 1e-4;
 
-/// A camera outside of `bounds` (lower and upper corner, scene's frame) that sees all of them: turned by three
-/// eighths of a right angle from the front, and looking down at 27 degrees.
-///
-/// The front is +z where y is up, and -y where z is up, as modelling programs have it.
-pub fn default_camera(bounds: (DVec3, DVec3), up: UpAxis, size: UVec2) -> Camera {
+/// A camera outside of `bounds` (scene's frame) that sees all of them, from a little above and off the longer side.
+pub fn default_camera(bounds: Bounds, up: UpAxis, size: UVec2) -> Camera {
     let stated = SceneCamera {
         size: Some(size),
         ..SceneCamera::unstated(Origin::given(""))
@@ -44,37 +40,31 @@ impl SceneCamera {
         }
     }
 
-    fn complete(&self, bounds: (DVec3, DVec3), up_axis: UpAxis) -> Camera {
+    fn complete(&self, bounds: Bounds, up_axis: UpAxis) -> Camera {
         let corners = corners(bounds);
-        let centre = (bounds.0 + bounds.1) / 2.0;
+        let centre = bounds.centre();
         let size = self.size.unwrap_or(DEFAULT_SIZE);
         let fov_y_degrees = self.fov_y_degrees.unwrap_or(DEFAULT_FOV_Y_DEGREES);
 
         // Where it stands and looks.
         let (position, target) = match (self.position, self.target) {
             (Some(position), Some(target)) => (position, target),
-            (Some(position), None)
-                if position.distance(centre) > 1e-9 * (bounds.1 - bounds.0).length() =>
-            {
+            (Some(position), None) if position.distance(centre) > 1e-9 * bounds.size().length() => {
                 (position, centre)
             }
-            (Some(position), None) => (
-                position,
-                position - direction_to_eye(up_axis).reject_from(up_axis.vector()),
-            ),
+            (Some(position), None) => {
+                let level = direction_to_eye(bounds, up_axis).reject_from(up_axis.vector());
+                (position, position - level)
+            }
             (None, target) => {
-                let target = target.unwrap_or(centre);
-                let to_eye = direction_to_eye(up_axis);
-                let up = self.up.unwrap_or(up_axis.vector());
+                let half_height = (fov_y_degrees.to_radians() / 2.0).tan();
                 let aspect = f64::from(size.x) / f64::from(size.y);
-                let tan_y = (fov_y_degrees.to_radians() / 2.0).tan();
-                (
-                    target
-                        + to_eye
-                            * fitting_distance(&corners, target, to_eye, up, tan_y, aspect)
-                            * MARGIN,
-                    target,
-                )
+                let aim = Aim {
+                    to_eye: direction_to_eye(bounds, up_axis),
+                    up: self.up.unwrap_or(up_axis.vector()),
+                    half_extent: (half_height * aspect, half_height),
+                };
+                fitted(bounds, target, &aim)
             }
         };
         let forward = (target - position).normalize_or(DVec3::NEG_Z);
@@ -120,13 +110,13 @@ impl SceneCamera {
 }
 
 impl Scene {
-    /// The camera, completed to fit `bounds` (lower and upper corner, scene's frame): a position outside of them
+    /// The camera, completed to fit `bounds` (scene's frame): a position outside of them
     /// or a target in their middle, `up` along `up_axis`, the planes around them.
     ///
     /// # Errors
     /// [`Error::Scene`] or [`Error::Override`] where what is said does not make a camera: a target at the position,
     /// up along the view, planes in the wrong order.
-    pub fn camera(&self, bounds: (DVec3, DVec3), up_axis: UpAxis) -> Result<Camera> {
+    pub fn camera(&self, bounds: Bounds, up_axis: UpAxis) -> Result<Camera> {
         let camera = self.camera.complete(bounds, up_axis);
         match camera.pinhole(DVec3::ZERO) {
             Ok(_) => Ok(camera),
@@ -134,44 +124,4 @@ impl Scene {
             Err(other) => Err(other),
         }
     }
-}
-
-/// From what a fitted view looks at towards its eye.
-fn direction_to_eye(up_axis: UpAxis) -> DVec3 {
-    let (across, up, towards) = (0.5, 0.45, 0.74);
-    match up_axis {
-        UpAxis::Y => DVec3::new(across, up, towards),
-        UpAxis::Z => DVec3::new(across, -towards, up),
-    }
-    .normalize()
-}
-
-/// The distance from `target` at which every corner is in the picture.
-fn fitting_distance(
-    corners: &[DVec3; 8],
-    target: DVec3,
-    to_eye: DVec3,
-    up: DVec3,
-    tan_y: f64,
-    aspect: f64,
-) -> f64 {
-    let right = up
-        .cross(to_eye)
-        .normalize_or(to_eye.any_orthonormal_vector());
-    let up = to_eye.cross(right);
-    let needed = corners.map(|corner| {
-        let c = corner - target;
-        let slope = (c.dot(right).abs() / (tan_y * aspect)).max(c.dot(up).abs() / tan_y);
-        c.dot(to_eye) + slope
-    });
-    let distance = needed.into_iter().fold(0.0, f64::max);
-    // A single point has no extent to fit.
-    if distance > 0.0 { distance } else { 1.0 }
-}
-
-fn corners((min, max): (DVec3, DVec3)) -> [DVec3; 8] {
-    std::array::from_fn(|i| {
-        let side = |bit: usize| f64::from(u8::from(i & bit != 0));
-        min + (max - min) * DVec3::new(side(1), side(2), side(4))
-    })
 }

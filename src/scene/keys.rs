@@ -137,8 +137,14 @@ pub(super) fn nearest<'a>(given: &str, candidates: impl Iterator<Item = &'a str>
     // Whoever leaves the group out ("exposure") means the key by its last part.
     let last = |key: &'a str| key.rsplit('.').next().unwrap_or(key);
     let likeness = |candidate: &'a str| {
-        let whole = strsim::normalized_damerau_levenshtein(given, candidate);
-        whole.max(0.95 * strsim::normalized_damerau_levenshtein(given, last(candidate)))
+        let typed = strsim::normalized_damerau_levenshtein(given, candidate)
+            .max(0.95 * strsim::normalized_damerau_levenshtein(given, last(candidate)));
+        // A beginning ("fov") means its whole.
+        if given.len() >= 3 && candidate.starts_with(given) {
+            typed.max(0.9)
+        } else {
+            typed
+        }
     };
     let mut best = ("", -1.0);
     for candidate in candidates {
@@ -177,11 +183,32 @@ mod tests {
                 "cloud.1.mirror.2.reflectence",
                 "cloud.1.mirror.2.reflectance",
             ),
+            ("camera.fov", "camera.fov_y_degrees"),
             ("light.0.intensty", "light.0.intensity"),
             ("settings.image.tonemap", "image.tone_map"),
         ] {
             assert_eq!(nearest_key(given), meant, "for {given}");
         }
+    }
+
+    #[test]
+    fn every_key_is_documented() {
+        let documentation = include_str!("../../docs/SCENE_FILES.md");
+        let undocumented = |key: &str| {
+            let [alone, of_table] = [format!("`{key}`"), format!(" {key}")];
+            !documentation.contains(&alone) && !documentation.contains(&of_table)
+        };
+        let settings: Vec<String> = Settings::describe().into_iter().map(|d| d.key).collect();
+        let missing: Vec<String> = patterns()
+            .into_iter()
+            .filter(|key| !settings.contains(key))
+            .filter(|key| key.rsplit('.').next().is_some_and(undocumented))
+            .collect();
+        assert!(missing.is_empty(), "docs/SCENE_FILES.md lacks {missing:?}");
+        assert!(
+            undocumented("colour_bitz"),
+            "a key that is not there is missed"
+        );
     }
 
     #[test]

@@ -6,15 +6,18 @@
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use glam::{DMat4, DVec2, DVec3, UVec2, Vec3};
+use glam::{DMat4, DVec3, UVec2, Vec3};
 
-use crate::cloud::UpAxis;
+use crate::cloud::generate::{SceneName, Shape};
+use crate::cloud::{ColourBits, MirrorRule, UpAxis};
 use crate::error::{Error, Result};
 use crate::gi::SpotLight;
 use crate::settings::Settings;
 
 mod camera;
+mod fit;
 mod keys;
+mod load;
 mod overrides;
 mod read;
 mod reader;
@@ -22,18 +25,15 @@ mod settings;
 mod tree;
 
 pub use camera::{DEFAULT_FOV_Y_DEGREES, DEFAULT_SIZE, default_camera};
+pub use load::LoadedScene;
 pub use overrides::Override;
 
 use tree::{Entry, Node, Origin, Value};
 
 /// The version of the scene format.
 pub const FORMAT: i64 = 1;
-/// Points of a generated cloud that does not say how many.
-pub const DEFAULT_POINTS: usize = 1_600_000;
 /// Seed of a generated cloud that does not say which.
 pub const DEFAULT_SEED: u64 = 1;
-/// Most points that one generated cloud may ask for.
-pub const MAX_POINTS: usize = 1_000_000_000;
 /// Largest scene file, bytes; whatever is larger is no scene.
 const MAX_FILE_BYTES: u64 = 16 << 20;
 
@@ -81,8 +81,8 @@ pub enum CloudSource {
     /// One of the reference scenes.
     Generated {
         /// Which.
-        name: GeneratedName,
-        /// How many points, 1 to [`MAX_POINTS`].
+        name: SceneName,
+        /// How many points, 1 to [`crate::cloud::generate::MAX_POINTS`].
         points: usize,
         /// Of the random numbers.
         seed: u64,
@@ -91,92 +91,16 @@ pub enum CloudSource {
     },
 }
 
-/// How the integer colours of a file are read.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum ColourBits {
-    /// 8-bit where no value exceeds 255.
-    #[default]
-    Auto,
-    /// 0 to 255.
-    Eight,
-    /// 0 to 65535.
-    Sixteen,
-}
-
-/// Which points are mirrors.
+/// One `[[mirror]]`: a shape in the scene's frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MirrorRule {
-    /// Which points.
-    pub select: Select,
-    /// 0 to 1, the weight of the mirror picture over the point's own diffuse part.
-    pub reflectance: f32,
-}
-
-/// A choice of points.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Select {
-    /// Where the column of this name is not 0.
-    Property(String),
-    /// Where the classification is one of these.
-    Classification(Vec<u8>),
-    /// Within a box of the scene's frame.
-    Box {
-        /// Lower corner.
-        min: DVec3,
-        /// Upper corner.
-        max: DVec3,
-    },
-    /// Within `distance` of a plane of the scene's frame, on either side.
-    NearPlane {
-        /// On the plane.
-        point: DVec3,
-        /// Unit vector.
-        normal: DVec3,
-        /// Above 0.
-        distance: f64,
-    },
-}
-
-/// One `[[mirror]]`: a shape in the scene's frame. Directions are unit vectors, lengths above 0.
-#[derive(Debug, Clone, PartialEq)]
-#[expect(
-    missing_docs,
-    reason = "the fields are the file's keys, which the documentation of scenes explains"
-)]
 pub enum MirrorShape {
-    /// A rectangle of `size` (width, height); `up` is along its height. Its back is black.
-    Plane {
-        centre: DVec3,
-        normal: DVec3,
-        up: DVec3,
-        size: DVec2,
+    /// Directions are unit vectors, lengths above 0.
+    Shape(Shape),
+    /// A triangle mesh: PLY with faces.
+    Mesh {
+        /// The file.
+        path: PathBuf,
     },
-    /// A sphere, seen from outside.
-    Sphere { centre: DVec3, radius: f64 },
-    /// A concave dish that opens along `axis`. Its back is black.
-    Paraboloid {
-        vertex: DVec3,
-        axis: DVec3,
-        focal_length: f64,
-        rim_radius: f64,
-    },
-    /// A ring around `axis`.
-    Torus {
-        centre: DVec3,
-        axis: DVec3,
-        major_radius: f64,
-        minor_radius: f64,
-    },
-    /// A sphere with a few large waves; `amplitude` is relative to the radius, 0 to 0.9.
-    Blob {
-        centre: DVec3,
-        radius: f64,
-        amplitude: f64,
-    },
-    /// A sphere with many small waves.
-    Bumps { centre: DVec3, radius: f64 },
-    /// A triangle mesh, PLY with faces.
-    Mesh { path: PathBuf },
 }
 
 /// One `[[light]]`: a spot light in the scene's frame.
@@ -213,34 +137,6 @@ pub struct SceneCamera {
     pub size: Option<UVec2>,
     /// Whom to tell that they do not fit together.
     origin: Origin,
-}
-
-/// A scene that can be generated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names are those of the reference scenes")]
-pub enum GeneratedName {
-    Sphere,
-    Parabola,
-    Blob,
-    Torus,
-    Plane,
-    Multi,
-    Bumps,
-    Bunny,
-}
-
-impl GeneratedName {
-    /// Every scene with its name in files and on the command line.
-    pub const ALL: [(&'static str, Self); 8] = [
-        ("sphere", Self::Sphere),
-        ("parabola", Self::Parabola),
-        ("blob", Self::Blob),
-        ("torus", Self::Torus),
-        ("plane", Self::Plane),
-        ("multi", Self::Multi),
-        ("bumps", Self::Bumps),
-        ("bunny", Self::Bunny),
-    ];
 }
 
 impl Scene {

@@ -43,7 +43,7 @@ impl Override {
         let origin = Origin::Given(given.into());
         Ok(Self {
             key: key.into(),
-            node: value(text, &origin)?,
+            node: value(key, text, &origin)?,
         })
     }
 
@@ -165,12 +165,10 @@ impl Override {
     }
 }
 
-fn value(text: &str, origin: &Origin) -> Result<Node> {
-    if let Some(node) = Node::parse_value(text, origin)? {
-        return Ok(node);
-    }
-    let array = |parts: &mut dyn Iterator<Item = &str>| -> Result<Node> {
+fn value(key: &str, text: &str, origin: &Origin) -> Result<Node> {
+    let array = |parts: &[&str]| -> Result<Node> {
         let nodes = parts
+            .iter()
             .map(|p| word(p.trim(), origin))
             .collect::<Result<_>>()?;
         Ok(Node {
@@ -178,26 +176,27 @@ fn value(text: &str, origin: &Origin) -> Result<Node> {
             origin: origin.clone(),
         })
     };
-    if let Some((width, height)) = text.split_once('x')
-        && [width, height]
-            .iter()
-            .all(|s| !s.is_empty() && s.bytes().all(|b| b.is_ascii_digit()))
+    // A size comes first: 0x600 would be a number in TOML.
+    let digits = |s: &str| !s.is_empty() && s.bytes().all(|b| b.is_ascii_digit());
+    if key.ends_with("size")
+        && let Some((width, height)) = text.split_once('x')
+        && digits(width)
+        && digits(height)
     {
-        return array(&mut [width, height].into_iter());
+        return array(&[width, height]);
     }
-    if text.contains(',') {
-        array(&mut text.split(','))
-    } else {
-        word(text, origin)
+    match Node::parse_value(text, origin)? {
+        Some(node) => Ok(node),
+        None if text.contains(',') => array(&text.split(',').collect::<Vec<_>>()),
+        None => word(text, origin),
     }
 }
 
+/// A TOML value, or else a bare word.
 fn word(text: &str, origin: &Origin) -> Result<Node> {
-    Ok(match Node::parse_value(text, origin)? {
-        Some(node) => node,
-        None => Node {
-            value: Value::String(text.to_owned()),
-            origin: origin.clone(),
-        },
-    })
+    let string = || Node {
+        value: Value::String(text.to_owned()),
+        origin: origin.clone(),
+    };
+    Ok(Node::parse_value(text, origin)?.unwrap_or_else(string))
 }

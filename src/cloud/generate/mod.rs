@@ -3,6 +3,7 @@
 //! `docs/SCENES.md` defines what is generated. Points are area-uniform over everything in the scene, and the same
 //! for the same seed whatever the number of threads.
 
+mod parametric;
 mod radial;
 mod room;
 mod scene_file;

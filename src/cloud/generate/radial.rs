@@ -1,11 +1,12 @@
 //! Surfaces whose distance from a centre is a function of the direction: blob and bumps.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use glam::DVec3;
 use rand::Rng;
 
 use super::surface::{SurfacePoint, direction, unit};
+use crate::error::{Error, Result};
 
 /// A relative displacement of the unit sphere.
 pub(super) trait Displacement {
@@ -18,8 +19,18 @@ pub(super) trait Displacement {
 /// `amplitude sin(4 d.x) sin(4 d.y + 1) sin(4 d.z + 2)`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Blob {
-    /// Between -1 and 1.
-    pub(super) amplitude: f64,
+    amplitude: f64,
+}
+
+impl Blob {
+    pub(super) fn new(amplitude: f64) -> Result<Self> {
+        if amplitude.is_finite() && amplitude.abs() < 1.0 {
+            return Ok(Self { amplitude });
+        }
+        Err(Error::Setting(format!(
+            "the mirror's amplitude is {amplitude}; it must be above -1 and below 1"
+        )))
+    }
 }
 
 impl Displacement for Blob {
@@ -129,23 +140,28 @@ impl<D: Displacement> Radial<D> {
         }
     }
 
-    /// Area, by Gauss-Legendre quadrature over z and the trapezoidal rule around it.
+    /// Area of the surface.
     pub(super) fn area(&self) -> f64 {
+        self.area_over(RINGS)
+    }
+
+    /// Area, by Gauss-Legendre quadrature over `rings` values of z and the trapezoidal rule around each.
+    fn area_over(&self, rings: u32) -> f64 {
         let mut sum = 0.0;
-        for (z, weight) in gauss_legendre(LATITUDES) {
+        for (z, weight) in gauss_legendre(rings) {
             let across = (1.0 - z * z).sqrt();
-            for i in 0..2 * LATITUDES {
-                let (sin, cos) = (PI * f64::from(i) / f64::from(LATITUDES)).sin_cos();
+            for i in 0..2 * rings {
+                let (sin, cos) = (PI * f64::from(i) / f64::from(rings)).sin_cos();
                 let (distance, slope) = self.distance(DVec3::new(across * cos, across * sin, z));
                 sum += weight * Self::density(distance, slope);
             }
         }
-        sum * TAU / f64::from(2 * LATITUDES) * self.radius * self.radius
+        sum * PI / f64::from(rings) * self.radius * self.radius
     }
 }
 
-/// Rings of the quadrature. Twice as many change the area of the bumps by less than 1e-9.
-const LATITUDES: u32 = 192;
+/// Rings of the quadrature of an area; more change nothing (a test holds that to 1e-9).
+const RINGS: u32 = 192;
 
 /// Nodes and weights of the Gauss-Legendre quadrature over [-1, 1], by Newton steps on the Legendre polynomial.
 fn gauss_legendre(count: u32) -> Vec<(f64, f64)> {
@@ -169,6 +185,8 @@ fn gauss_legendre(count: u32) -> Vec<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
 
     #[test]
@@ -184,6 +202,22 @@ mod tests {
     fn an_undented_blob_has_the_area_of_a_sphere() {
         let area = Radial::new(DVec3::X, 0.5, Blob { amplitude: 0.0 }).area();
         assert!((area - PI).abs() < 1e-12, "got {area}, expected pi");
+    }
+
+    #[test]
+    fn more_rings_do_not_change_an_area() {
+        let bumps = Radial::new(DVec3::ZERO, 1.0, Bumps);
+        let (some, more) = (bumps.area(), bumps.area_over(2 * RINGS));
+        assert!(
+            (some / more - 1.0).abs() < 1e-9,
+            "bumps: {some} with some rings, {more} with more"
+        );
+        let blob = Radial::new(DVec3::ZERO, 1.0, Blob { amplitude: 0.99 });
+        let (some, more) = (blob.area(), blob.area_over(2 * RINGS));
+        assert!(
+            (some / more - 1.0).abs() < 1e-9,
+            "blob: {some} with some rings, {more} with more"
+        );
     }
 
     #[test]

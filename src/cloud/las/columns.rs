@@ -170,7 +170,7 @@ impl Asked {
         let values = &mut self.values;
         match &self.column {
             AskedColumn::Standard("return_number") => {
-                values.extend(only(kept, points.return_number().map(f32::from)))
+                values.extend(only(kept, points.return_number().map(f32::from)));
             }
             AskedColumn::Standard("number_of_returns") => {
                 values.extend(only(kept, points.number_of_returns().map(f32::from)));
@@ -179,10 +179,10 @@ impl Asked {
                 values.extend(only(kept, points.classification().map(f32::from)));
             }
             AskedColumn::Standard("scan_angle") => {
-                values.extend(only(kept, points.scan_angle_degrees()))
+                values.extend(only(kept, points.scan_angle_degrees()));
             }
             AskedColumn::Standard("user_data") => {
-                values.extend(only(kept, points.user_data().map(f32::from)))
+                values.extend(only(kept, points.user_data().map(f32::from)));
             }
             AskedColumn::Standard("point_source_id") => {
                 values.extend(only(kept, points.point_source_id().map(f32::from)));
@@ -204,7 +204,7 @@ impl Asked {
                 );
             }
             AskedColumn::Standard(_) => {
-                values.extend(only(kept, points.intensity().map(f32::from)))
+                values.extend(only(kept, points.intensity().map(f32::from)));
             }
             AskedColumn::Extra(extra) => {
                 let records = points.raw_bytes().chunks_exact(points.record_len().max(1));

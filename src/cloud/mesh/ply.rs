@@ -277,17 +277,24 @@ impl PropertyAccess for Vertex {
 
 /// A scalar's value; `None` for a list.
 fn number(property: &Property) -> Option<f64> {
-    Some(match *property {
-        Property::Char(v) => v.into(),
-        Property::UChar(v) => v.into(),
-        Property::Short(v) => v.into(),
-        Property::UShort(v) => v.into(),
-        Property::Int(v) => v.into(),
-        Property::UInt(v) => v.into(),
-        Property::Float(v) => v.into(),
-        Property::Double(v) => v,
-        _ => return None,
-    })
+    match *property {
+        Property::Char(v) => Some(v.into()),
+        Property::UChar(v) => Some(v.into()),
+        Property::Short(v) => Some(v.into()),
+        Property::UShort(v) => Some(v.into()),
+        Property::Int(v) => Some(v.into()),
+        Property::UInt(v) => Some(v.into()),
+        Property::Float(v) => Some(v.into()),
+        Property::Double(v) => Some(v),
+        Property::ListChar(_)
+        | Property::ListUChar(_)
+        | Property::ListShort(_)
+        | Property::ListUShort(_)
+        | Property::ListInt(_)
+        | Property::ListUInt(_)
+        | Property::ListFloat(_)
+        | Property::ListDouble(_) => None,
+    }
 }
 
 #[derive(Debug, Default)]

@@ -136,7 +136,7 @@ impl Header {
 
             // The last line of an ascii file may lack its end.
             let slack = u64::from(self.encoding == Encoding::Ascii);
-            let needed = count.checked_mul(size).unwrap_or(u64::MAX);
+            let needed = count.saturating_mul(size);
             if needed > left + slack {
                 return Err(source.error(format!(
                     "its header promises {count} of `{}`, but the file is too short for more than {}; it was cut off, \

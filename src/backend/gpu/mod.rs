@@ -1,0 +1,160 @@
+//! The GPU backend: every stage as compute kernels on a graphics device (Vulkan, Metal or DirectX 12).
+//!
+//! Everything runs within WebGPU's default limits and without optional features; a device that offers larger buffers
+//! only needs fewer bands. Waits for each pass, so that its time is known and its failure is an error of its call.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use bytemuck::Pod;
+use glam::{UVec2, Vec4};
+
+use super::{Backend, LightMap, LitBy};
+use crate::camera::Pinhole;
+use crate::cloud::Surfels;
+use crate::error::{Error, Result};
+use crate::gbuffer::{Coverage, GBuffer, SplatSettings};
+use crate::gi::GiSettings;
+use crate::image::ImageSettings;
+use crate::timing::Timings;
+
+mod buffers;
+mod device;
+mod edl;
+mod fill;
+mod kernel;
+mod layout;
+mod shade;
+mod shaders;
+mod smooth;
+mod splat;
+mod stamps;
+mod windows;
+
+pub use buffers::{GpuGrid, GpuPoints};
+pub use device::{AdapterChoice, Device, GpuOptions};
+pub use layout::{GpuStruct, Layout};
+pub use shaders::{LAYOUTS, SHADERS, SHARED, Shader, link};
+
+use buffers::Pool;
+use kernel::Kernels;
+use stamps::Stamps;
+
+/// Runs the stages on a graphics device.
+#[derive(Debug)]
+pub struct Gpu {
+    device: Arc<Device>,
+    pool: Arc<Pool>,
+    kernels: Kernels,
+    stamps: Option<Stamps>,
+    timings: Timings,
+}
+
+impl Gpu {
+    /// Opens the best adapter of the choice.
+    ///
+    /// # Errors
+    /// [`Error::NoAdapter`] where there is none, [`Error::Gpu`] where it cannot be opened.
+    pub fn new(options: &GpuOptions) -> Result<Self> {
+        let device = Arc::new(Device::open(options)?);
+        let stamps = Stamps::new(&device);
+        device.check()?;
+        Ok(Self {
+            pool: Pool::new(Arc::clone(&device)),
+            device,
+            kernels: Kernels::default(),
+            stamps,
+            timings: Timings::default(),
+        })
+    }
+
+    /// The device that the stages run on.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+}
+
+impl Backend for Gpu {
+    type Grid<T: Pod> = GpuGrid<T>;
+    type Points = GpuPoints;
+
+    fn name(&self) -> &'static str {
+        "gpu"
+    }
+
+    fn adapter(&self) -> Option<String> {
+        Some(self.device.adapter().to_owned())
+    }
+
+    fn take_timings(&mut self) -> Timings {
+        std::mem::take(&mut self.timings)
+    }
+
+    fn upload(&mut self, surfels: &Arc<Surfels>) -> Result<GpuPoints> {
+        let start = std::time::Instant::now();
+        let points = GpuPoints::upload(
+            &self.pool,
+            &self.device.limits,
+            &surfels.places,
+            &surfels.finishes,
+        )?;
+        self.timings.add("upload", start.elapsed());
+        Ok(points)
+    }
+
+    fn splat(
+        &mut self,
+        points: &GpuPoints,
+        pinhole: &Pinhole,
+        settings: &SplatSettings,
+    ) -> Result<GBuffer<Self>> {
+        self.run_splat(points, pinhole, settings)
+    }
+
+    fn light_map(
+        &mut self,
+        points: &GpuPoints,
+        pinhole: &Pinhole,
+        settings: &SplatSettings,
+    ) -> Result<LightMap<Self>> {
+        self.run_light_map(points, pinhole, settings)
+    }
+
+    fn fill(&mut self, gbuffer: &mut GBuffer<Self>, settings: &SplatSettings) -> Result<Coverage> {
+        self.run_fill(gbuffer, settings)
+    }
+
+    fn smooth(&mut self, gbuffer: &mut GBuffer<Self>, settings: &SplatSettings) -> Result<()> {
+        self.run_smooth(gbuffer, settings)
+    }
+
+    fn shade(
+        &mut self,
+        gbuffer: &GBuffer<Self>,
+        lights: &[LitBy<Self>],
+        settings: &GiSettings,
+    ) -> Result<GpuGrid<Vec4>> {
+        self.run_shade(gbuffer, lights, settings)
+    }
+
+    fn edl(&mut self, gbuffer: &GBuffer<Self>, settings: &ImageSettings) -> Result<GpuGrid<Vec4>> {
+        self.run_edl(gbuffer, settings)
+    }
+
+    fn read<'a, T: Pod>(&mut self, grid: &'a GpuGrid<T>) -> Result<Cow<'a, [T]>> {
+        grid.download()
+    }
+
+    fn write<T: Pod>(&mut self, size: UVec2, values: &[T]) -> Result<GpuGrid<T>> {
+        if values.len() as u64 != u64::from(size.x) * u64::from(size.y) {
+            let count = values.len();
+            return Err(Error::Setting(format!(
+                "{count} values do not fill a picture of {}x{}",
+                size.x, size.y
+            )));
+        }
+        let grid = GpuGrid::new(&self.pool, size)?;
+        grid.upload(values)?;
+        Ok(grid)
+    }
+}

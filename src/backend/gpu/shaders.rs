@@ -1,0 +1,203 @@
+//! The table of shaders, and the linker that puts `#import`s into them.
+
+use super::edl::EdlParams;
+use super::fill::{CoverageParams, RingParams};
+use super::kernel::{PIXEL_GROUP, POINT_GROUP};
+use super::layout::{GpuStruct, Layout};
+use super::shade::ShadeParams;
+use super::smooth::SmoothParams;
+use super::splat::{ClearParams, SplatParams};
+use crate::camera::Pinhole;
+use crate::cloud::SHININESS_LOG_RANGE;
+use crate::error::{Error, Result};
+use crate::gbuffer::disc::{BOUNDS_SLACK, EDGE_ON_COSINE_SQUARED, MAX_TOLERANCE_SLOPE, RIM};
+use crate::gbuffer::fill::{AGREE_SPACINGS, MIN_NEIGHBOURS};
+use crate::gbuffer::leak::LEAK_NEIGHBOURS;
+use crate::gbuffer::smooth::{DEPTH_SPACINGS, NORMAL_DIFFERENCE};
+use crate::gi::shade::RECEIVER_COSINE;
+
+/// One kernel's source. Its name is the file's, the label in a profile and the row in the report.
+#[derive(Debug, Clone, Copy)]
+pub struct Shader {
+    /// The file `shaders/<name>.wgsl`.
+    pub name: &'static str,
+    /// Its text, before linking.
+    pub source: &'static str,
+    /// Values of its `override`s, from the twin's constants.
+    pub constants: &'static [(&'static str, f64)],
+}
+
+macro_rules! shader {
+    ($(#[doc = $doc:literal])* $const:ident = $name:literal, $constants:expr) => {
+        $(#[doc = $doc])*
+        pub(super) const $const: Shader = Shader {
+            name: $name,
+            source: include_str!(concat!("../../../shaders/", $name, ".wgsl")),
+            constants: $constants,
+        };
+    };
+}
+
+macro_rules! shared {
+    ($($name:literal),*) => {
+        &[$(($name, include_str!(concat!("../../../shaders/shared/", $name, ".wgsl")))),*]
+    };
+}
+
+const POINT: (&str, f64) = ("POINT_GROUP", POINT_GROUP as f64);
+const PIXEL: (&str, f64) = ("PIXEL_GROUP", PIXEL_GROUP as f64);
+const AGREE: (&str, f64) = ("AGREE_SPACINGS", AGREE_SPACINGS as f64);
+
+/// Constants of `shared/disc.wgsl`, and the workgroup.
+const DISC: &[(&str, f64)] = &[
+    POINT,
+    ("EDGE_ON_COSINE_SQUARED", EDGE_ON_COSINE_SQUARED as f64),
+    ("MAX_TOLERANCE_SLOPE", MAX_TOLERANCE_SLOPE as f64),
+    ("RIM", RIM as f64),
+    ("BOUNDS_SLACK", BOUNDS_SLACK as f64),
+];
+
+shader! {
+    /// Sets depth keys to "nothing seen".
+    CLEAR = "clear", &[PIXEL]
+}
+shader! {
+    /// The nearest fragment of every pixel, and how many there are.
+    DEPTH = "depth", DISC
+}
+shader! {
+    /// The nearest fragment of every texel of a light's map.
+    LIGHT_DEPTH = "light_depth", DISC
+}
+shader! {
+    /// Sums the attributes of the visible fragments.
+    VISIBILITY = "visibility", DISC
+}
+shader! {
+    /// Turns sums into the one surfel that a pixel shows.
+    AVERAGE = "average", &[PIXEL, ("SHININESS_LOG_RANGE", SHININESS_LOG_RANGE as f64)]
+}
+
+shader! {
+    /// Closes one ring of small holes.
+    FILL = "fill", &[PIXEL, AGREE, ("MIN_NEIGHBOURS", MIN_NEIGHBOURS as f64)]
+}
+shader! {
+    /// Marks single pixels through which the background shows.
+    LEAK = "leak", &[PIXEL, AGREE, ("LEAK_NEIGHBOURS", LEAK_NEIGHBOURS as f64)]
+}
+shader! {
+    /// Counts the pixels that show something.
+    COVERAGE = "coverage", &[PIXEL]
+}
+shader! {
+    /// Smooths the normals and depths of mirrors.
+    SMOOTH = "smooth", &[PIXEL, ("DEPTH_SPACINGS", DEPTH_SPACINGS as f64), ("NORMAL_DIFFERENCE", NORMAL_DIFFERENCE as f64)]
+}
+shader! {
+    /// Adds the light of one spot.
+    SHADE = "shade", &[PIXEL, ("RECEIVER_COSINE", RECEIVER_COSINE as f64)]
+}
+shader! {
+    /// Eye-dome lighting.
+    EDL = "edl", &[PIXEL]
+}
+
+/// What shaders import: name and text.
+pub const SHARED: &[(&str, &str)] = shared![
+    "depth_key",
+    "disc",
+    "neighbours",
+    "pinhole",
+    "plane_depth",
+    "ring",
+    "splat",
+    "surfel"
+];
+
+/// Every kernel there is.
+pub const SHADERS: &[Shader] = &[
+    CLEAR,
+    DEPTH,
+    LIGHT_DEPTH,
+    VISIBILITY,
+    AVERAGE,
+    LEAK,
+    FILL,
+    COVERAGE,
+    SMOOTH,
+    SHADE,
+    EDL,
+];
+
+/// Every struct that a shader and Rust both see.
+pub const LAYOUTS: &[Layout] = &[
+    Pinhole::LAYOUT,
+    SplatParams::LAYOUT,
+    ClearParams::LAYOUT,
+    RingParams::LAYOUT,
+    CoverageParams::LAYOUT,
+    SmoothParams::LAYOUT,
+    ShadeParams::LAYOUT,
+    EdlParams::LAYOUT,
+];
+
+/// Puts the files of `shaders/shared` in the place of the `#import` lines that name them, each once.
+///
+/// # Errors
+/// Where a name is not in `shared`.
+pub fn link(source: &str, shared: &[(&str, &str)]) -> Result<String> {
+    let mut linked = String::new();
+    let mut seen = Vec::new();
+    append(source, shared, &mut seen, &mut linked)?;
+    Ok(linked)
+}
+
+fn append<'a>(
+    source: &'a str,
+    shared: &[(&str, &'a str)],
+    seen: &mut Vec<&'a str>,
+    linked: &mut String,
+) -> Result<()> {
+    for line in source.lines() {
+        let Some(name) = line.strip_prefix("#import ").map(str::trim) else {
+            linked.push_str(line);
+            linked.push('\n');
+            continue;
+        };
+        if seen.contains(&name) {
+            continue;
+        }
+        seen.push(name);
+        let Some((_, text)) = shared.iter().find(|(known, _)| *known == name) else {
+            return Err(Error::Gpu(format!(
+                "a shader imports {name:?}, which does not exist"
+            )));
+        };
+        append(text, shared, seen, linked)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILES: &[(&str, &str)] = &[("a", "#import b\nA"), ("b", "#import a\nB")];
+
+    #[test]
+    fn an_import_is_replaced_once_even_in_a_cycle() {
+        assert_eq!(
+            link("#import a\n#import b\nC", FILES).expect("known names"),
+            "B\nA\nC\n"
+        );
+    }
+
+    #[test]
+    fn an_unknown_import_is_refused_by_name() {
+        let error = link("#import c", FILES)
+            .expect_err("there is no c")
+            .to_string();
+        assert!(error.contains("\"c\""), "{error}");
+    }
+}

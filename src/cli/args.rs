@@ -1,0 +1,200 @@
+//! What can be written on the command line. Defaults are the library's.
+
+use std::path::PathBuf;
+
+use catoptric::scene::Override;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Renders point clouds with global illumination, and recognises the mirrors in them.
+///
+/// A SCENE is a TOML file (docs/SCENE_FILES.md); a CLOUD is a point file (PLY, LAS, LAZ), for which camera, light and up
+/// axis are chosen to fit.
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 100, after_help = EXIT_STATUS)]
+pub(super) struct Cli {
+    #[command(subcommand)]
+    pub(super) command: Command,
+}
+
+const EXIT_STATUS: &str = "\
+Exit status: 0 done, 1 failed or cancelled (nothing half-written is left), 2 wrong usage.
+
+Examples:
+  catoptric generate sphere -o scenes       make a room with a mirror ball
+  catoptric render scenes/sphere.toml -o sphere.png
+  catoptric info scan.laz                   what is in a cloud, and what would run";
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    Render(Box<RenderArgs>),
+    Info(InfoArgs),
+    Generate(GenerateArgs),
+}
+
+/// Render a scene or a cloud to a picture, and its camera G-buffer to an EXR.
+#[derive(Debug, Args)]
+#[command(after_help = RENDER_HELP)]
+pub(super) struct RenderArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+
+    /// The picture: .png (8-bit sRGB, exposed and tone mapped) or .exr (radiance in W/sr/m2) [default: the scene's
+    /// name with .png, in the current folder, where no other output is asked for].
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+
+    /// The camera's G-buffer: albedo, normal, position, depth and material per pixel, as .exr.
+    #[arg(long, value_name = "FILE.exr")]
+    pub(super) gbuffer: Option<PathBuf>,
+
+    /// The camera beside the G-buffer, as JSON: what other programs need to project with it.
+    #[arg(long, value_name = "FILE.json")]
+    pub(super) camera_json: Option<PathBuf>,
+
+    /// What ran, what it took and what it gave, as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub(super) report: Option<PathBuf>,
+
+    /// Where to render. `auto` takes a graphics processor, or the CPU where there is none; `gpu` takes a software
+    /// adapter too.
+    #[arg(long, value_enum, default_value_t = BackendName::Auto)]
+    pub(super) backend: BackendName,
+
+    /// The graphics adapter, by a part of its name.
+    #[arg(long, value_name = "NAME")]
+    pub(super) adapter: Option<String>,
+
+    #[command(flatten)]
+    pub(super) view: ViewArgs,
+}
+
+const RENDER_HELP: &str = "\
+Flags beat --set, which beats the file, which beats the defaults.
+`catoptric info --settings` lists every setting with its unit, range and default.
+
+Examples:
+  catoptric render pointclouds/sphere.toml -o sphere.png
+  catoptric render scan.laz -o scan.png --size 1920x1080 --eye -10,-20,15 --target 0,0,2
+  catoptric render pointclouds/sphere.toml -o /dev/null --gbuffer sphere.exr --report sphere.json
+  catoptric render pointclouds/plane.toml -o plane.png --set splat.size=2 --set light.0.intensity=9,9,9";
+
+/// A scene with what is said on top of it.
+#[derive(Debug, Args)]
+pub(super) struct SceneArgs {
+    /// A scene (.toml) or a point cloud.
+    #[arg(value_name = "SCENE|CLOUD")]
+    pub(super) path: PathBuf,
+
+    /// The triangle mesh (PLY with faces) of a scene that is generated from one: "bunny", "multi".
+    #[arg(long, value_name = "FILE.ply")]
+    mesh: Option<PathBuf>,
+
+    /// Takes the place of a setting, or of a key of camera, cloud.N, light.N or mirror.N (N from 0). Values are TOML;
+    /// quotes and brackets may be left out: image.tone_map=aces, camera.position=0,0,2, camera.size=800x600. May be
+    /// given several times.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// The flags that have a key in the scene.
+#[derive(Debug, Default, Args)]
+pub(super) struct ViewArgs {
+    /// Width and height of the picture, pixels [default: the scene's, or 800x600].
+    #[arg(long, value_name = "WxH")]
+    size: Option<String>,
+
+    /// Where the eye is [default: the scene's, or where everything is seen].
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    eye: Option<String>,
+
+    /// What it looks at [default: the scene's, or its middle].
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    target: Option<String>,
+
+    /// Roughly up [default: the scene's, or along the up axis].
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    up: Option<String>,
+
+    /// Vertical field of view, degrees [default: the scene's, or 60].
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    fov: Option<String>,
+
+    /// What is shown where nothing is seen: transparent or #rrggbb (sRGB) [default: the scene's, or #000000].
+    #[arg(long, value_name = "COLOUR")]
+    background: Option<String>,
+}
+
+/// Tell what is in a scene or a cloud: counts, bounds, fields, and what would run and why.
+#[derive(Debug, Args)]
+pub(super) struct InfoArgs {
+    #[command(flatten)]
+    pub(super) scene: Option<SceneArgs>,
+
+    /// As JSON.
+    #[arg(long)]
+    pub(super) json: bool,
+
+    /// List every setting instead, with what it does, its unit, range and default.
+    #[arg(long, conflicts_with_all = ["path", "mesh", "set"], required_unless_present = "path")]
+    pub(super) settings: bool,
+}
+
+/// Make a reference scene: NAME.ply (points with linear float colours) and NAME.toml (light and camera).
+///
+/// Each is a room of coloured walls with a mirror in it, in metres, y up.
+#[derive(Debug, Args)]
+pub(super) struct GenerateArgs {
+    /// Which scene: sphere, parabola, blob, torus, plane, multi, bumps, or bunny (needs --mesh).
+    #[arg(value_name = "NAME")]
+    pub(super) name: String,
+
+    /// The folder to write to; it is made where it is missing [default: the current one].
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: Option<PathBuf>,
+
+    /// Number of points, spread evenly by area [default: 1600000].
+    #[arg(long, value_name = "N")]
+    pub(super) points: Option<usize>,
+
+    /// Seed of the random numbers; the same seed makes the same points [default: 1].
+    #[arg(long, value_name = "S")]
+    pub(super) seed: Option<u64>,
+
+    /// The triangle mesh of bunny (needed) and multi (which leaves its place empty without).
+    #[arg(long, value_name = "FILE.ply")]
+    pub(super) mesh: Option<PathBuf>,
+}
+
+/// Where to render.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum BackendName {
+    Auto,
+    Gpu,
+    Cpu,
+}
+
+impl SceneArgs {
+    /// What is said on top of the scene; flags beat --set, so they come last.
+    pub(super) fn overrides(&self, view: &ViewArgs) -> catoptric::Result<Vec<Override>> {
+        let mut overrides = Vec::new();
+        for set in &self.set {
+            overrides.push(Override::parse(set, &format!("--set {set}"))?);
+        }
+        for (flag, key, text) in [
+            ("--size", "camera.size", &view.size),
+            ("--eye", "camera.position", &view.eye),
+            ("--target", "camera.target", &view.target),
+            ("--up", "camera.up", &view.up),
+            ("--fov", "camera.fov_y_degrees", &view.fov),
+            ("--background", "image.background", &view.background),
+        ] {
+            if let Some(text) = text {
+                overrides.push(Override::new(key, text, &format!("{flag} {text}"))?);
+            }
+        }
+        if let Some(mesh) = &self.mesh {
+            overrides.push(Override::mesh(mesh, &format!("--mesh {}", mesh.display())));
+        }
+        Ok(overrides)
+    }
+}

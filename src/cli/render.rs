@@ -1,0 +1,164 @@
+//! `catoptric render`: from a scene or cloud to files.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use catoptric::Job;
+use catoptric::measure::{GBufferReport, Report, peak_memory_bytes};
+use catoptric::output::{CameraDescription, camera_gbuffer, write_json, write_picture};
+use catoptric::plan::Plan;
+use catoptric::renderer::{BackendChoice, Products, Renderer};
+use catoptric::scene::{LoadedScene, Scene};
+use glam::UVec2;
+
+use super::args::{BackendName, RenderArgs};
+use super::outputs::{Content, Output, check};
+use super::{Usage, terminal};
+
+/// A scene with its frame.
+struct Rendered {
+    scene: Scene,
+    loaded: LoadedScene,
+    plan: Plan,
+    renderer: Renderer,
+    products: Products,
+    /// From the first byte read to the last pass, milliseconds.
+    wall_ms: f64,
+}
+
+/// Renders, and writes what was asked for.
+pub(super) fn render(args: &RenderArgs) -> anyhow::Result<()> {
+    let choice = backend(args)?;
+    let scene = Scene::open(&args.scene.path, &args.scene.overrides(&args.view)?)?;
+    let unnamed = unnamed_picture(args);
+    let picture = args.output.as_deref().or(unnamed.as_deref());
+    let outputs = [
+        ("--output", Content::Picture, picture),
+        ("--gbuffer", Content::GBuffer, args.gbuffer.as_deref()),
+        ("--camera-json", Content::Json, args.camera_json.as_deref()),
+        ("--report", Content::Json, args.report.as_deref()),
+    ];
+    let outputs: Vec<Output<'_>> = outputs
+        .into_iter()
+        .filter_map(|(flag, content, path)| {
+            path.map(|path| Output {
+                flag,
+                content,
+                path,
+            })
+        })
+        .collect();
+    check(&outputs, &scene.inputs())?;
+
+    let (job, progress) = terminal::job()?;
+    let rendered = frame(scene, &choice, &job)?;
+    drop(progress);
+    if choice == BackendChoice::Auto && rendered.renderer.backend() == "cpu" {
+        terminal::say(
+            "no hardware graphics adapter was found, so the CPU rendered (--backend cpu asks for it)",
+        );
+    }
+    write(args, picture, &rendered, &job)?;
+    if let Some(path) = unnamed {
+        terminal::say(&format!("wrote {}", path.display()));
+    }
+    Ok(())
+}
+
+fn backend(args: &RenderArgs) -> Result<BackendChoice, Usage> {
+    match (args.backend, &args.adapter) {
+        (BackendName::Cpu, Some(_)) => Err(Usage(
+            "--adapter names a graphics adapter, which --backend cpu does not use; leave one out"
+                .into(),
+        )),
+        (BackendName::Cpu, None) => Ok(BackendChoice::Cpu),
+        (BackendName::Auto, None) => Ok(BackendChoice::Auto),
+        (BackendName::Gpu, name) | (BackendName::Auto, name @ Some(_)) => {
+            Ok(BackendChoice::Gpu(name.clone()))
+        }
+    }
+}
+
+/// The picture that is written where no output has a name.
+fn unnamed_picture(args: &RenderArgs) -> Option<PathBuf> {
+    let named = [&args.output, &args.gbuffer, &args.camera_json, &args.report];
+    if named.iter().any(|path| path.is_some()) {
+        return None;
+    }
+    Some(Path::new(args.scene.path.file_stem()?).with_added_extension("png"))
+}
+
+fn frame(scene: Scene, choice: &BackendChoice, job: &Job) -> catoptric::Result<Rendered> {
+    let start = Instant::now();
+    let loaded = scene.load(job)?;
+    let plan = loaded.plan(&scene.settings);
+    let mut renderer = Renderer::new(choice, &loaded.surfels)?;
+    let products = renderer.render(&loaded.view()?, &plan, &scene.settings, job)?;
+    let wall_ms = start.elapsed().as_secs_f64() * 1e3;
+    Ok(Rendered {
+        scene,
+        loaded,
+        plan,
+        renderer,
+        products,
+        wall_ms,
+    })
+}
+
+fn write(
+    args: &RenderArgs,
+    picture: Option<&Path>,
+    rendered: &Rendered,
+    job: &Job,
+) -> catoptric::Result<()> {
+    let Rendered {
+        scene,
+        loaded,
+        products,
+        ..
+    } = rendered;
+    let origin = loaded.surfels.origin;
+    job.check()?;
+    if let Some(path) = picture {
+        write_picture(path, &products.radiance, &scene.settings.image)?;
+    }
+    if let Some(path) = &args.gbuffer {
+        job.check()?;
+        camera_gbuffer(&products.gbuffer, origin).write(path)?;
+    }
+    if let Some(path) = &args.camera_json {
+        write_json(path, &CameraDescription::new(&loaded.camera, origin)?)?;
+    }
+    if let Some(path) = &args.report {
+        write_json(path, &report(rendered))?;
+    }
+    Ok(())
+}
+
+fn report(rendered: &Rendered) -> Report {
+    let Rendered {
+        scene,
+        loaded,
+        plan,
+        renderer,
+        products,
+        wall_ms,
+    } = rendered;
+    let UVec2 { x, y } = loaded.camera.size;
+    Report {
+        format: 1,
+        version: env!("CARGO_PKG_VERSION"),
+        backend: renderer.backend().to_owned(),
+        adapter: renderer.adapter(),
+        points: loaded.facts.points,
+        size: [x, y],
+        origin: loaded.surfels.origin,
+        settings: scene.settings.changed().into_iter().collect(),
+        plan: plan.clone(),
+        passes: products.passes.clone(),
+        wall_ms: *wall_ms,
+        peak_memory_bytes: peak_memory_bytes(),
+        gbuffer: GBufferReport::from(products.coverage),
+        sscr: Vec::new(),
+    }
+}
