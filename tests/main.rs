@@ -26,6 +26,7 @@ mod overrides;
 mod program;
 mod regions;
 mod render;
+mod regions;
 mod scene;
 mod shaders;
 mod support;
@@ -48,6 +49,7 @@ fn main() {
         overrides::tests(),
         regions::tests(),
         render::tests(),
+        regions::tests(),
         scene::tests(),
         shaders::tests(),
         truth::tests(),

@@ -5,7 +5,11 @@ use glam::{UVec2, Vec2, Vec3, Vec4};
 
 use crate::backend::Backend;
 
+mod mirror_gbuffer;
 pub mod sscr;
+mod surface;
+
+pub use mirror_gbuffer::MirrorGBuffer;
 
 /// From where a surface is seen: the camera, or, mirror bounce by mirror bounce, the mirror point of each pixel.
 pub enum Eye<B: Backend + ?Sized> {

@@ -1,6 +1,7 @@
 //! Screen-space curved reflections [Preiner 2010, chapters 3 to 5]: the mirrors on screen are labelled into regions of
 //! homogeneous curvature, and for every point of the cloud the pixel that shows it is searched by root finding.
 
+pub mod accumulate;
 pub mod curvature;
 pub mod distribute;
 pub mod lhc;
