@@ -239,6 +239,8 @@ settings! {
     lhc: crate::reflect::sscr::curvature::LhcSettings;
     /// How mirrors are searched for what they show.
     sscr: crate::reflect::sscr::SscrSettings;
+    /// How reflected rays are traced.
+    ray_trace: crate::reflect::ray_trace::RayTraceSettings;
     /// How radiance becomes a picture.
     image: crate::image::ImageSettings;
 }

@@ -2,7 +2,7 @@
 
 #![expect(clippy::panic, reason = "a test fails by panicking")]
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::forms::{C, Form};
@@ -55,12 +55,17 @@ impl View {
 
     /// The ray through the centre of a pixel, 1 long along the axis.
     pub(crate) fn direction(&self, x: usize, y: usize) -> DVec3 {
+        self.through(DVec2::new(x as f64 + 0.5, y as f64 + 0.5))
+    }
+
+    /// The ray through a place of the picture, pixels from the top left, 1 long along the axis.
+    pub(crate) fn through(&self, at: DVec2) -> DVec3 {
         let forward = (self.target - self.position).normalize();
         let right = forward.cross(self.up).normalize();
         let tan = (self.fov_y_degrees / 2.0).to_radians().tan();
         let aspect = self.width as f64 / self.height as f64;
-        let sx = (2.0 * (x as f64 + 0.5) / self.width as f64 - 1.0) * tan * aspect;
-        let sy = (1.0 - 2.0 * (y as f64 + 0.5) / self.height as f64) * tan;
+        let sx = (2.0 * at.x / self.width as f64 - 1.0) * tan * aspect;
+        let sy = (1.0 - 2.0 * at.y / self.height as f64) * tan;
         forward + right * sx + right.cross(forward) * sy
     }
 }

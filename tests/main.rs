@@ -18,15 +18,18 @@ mod evenness;
 mod forms;
 mod generate;
 mod hostile;
+mod ideal;
 mod mesh;
 mod npz;
 mod oracle;
 mod output;
 mod overrides;
 mod program;
+mod ray_trace;
 mod regions;
 mod render;
-mod regions;
+mod root_find;
+mod roots;
 mod scene;
 mod shaders;
 mod support;
@@ -49,7 +52,9 @@ fn main() {
         overrides::tests(),
         regions::tests(),
         render::tests(),
-        regions::tests(),
+        ray_trace::tests(),
+        root_find::tests(),
+        roots::tests(),
         scene::tests(),
         shaders::tests(),
         truth::tests(),

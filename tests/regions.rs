@@ -10,7 +10,8 @@ use glam::{DVec3, UVec2, Vec3, Vec4};
 use libtest_mimic::Trial;
 use rayon::prelude::*;
 
-use crate::analytic::{C, Kind, Oracle, View};
+use crate::analytic::{Kind, Oracle, View};
+use crate::forms::C;
 
 /// Spacing of 1.6 million points over room and mirror, metres.
 const SPACING: f32 = 0.0043;

@@ -40,7 +40,7 @@ pub(super) fn guarded<T>(path: &Path, decode: impl FnOnce() -> Result<T>) -> Res
 }
 
 /// [`Error::Memory`] where `needed` bytes are more than the system can give now.
-pub(super) fn require_memory(what: &str, needed: u64) -> Result<()> {
+pub(crate) fn require_memory(what: &str, needed: u64) -> Result<()> {
     let budget = available_memory().unwrap_or(UNKNOWN_MEMORY);
     if needed > budget {
         Err(Error::Memory {

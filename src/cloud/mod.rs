@@ -20,6 +20,8 @@ mod spacing;
 mod surfels;
 mod tint;
 
+pub(crate) use guard::require_memory;
+
 pub use facts::{Bounds, CloudFacts, Facts};
 pub use mesh::{Faces, TriangleMesh};
 pub use neighbours::{NORMAL_NEIGHBOURS, SPACING_NEIGHBOURS};

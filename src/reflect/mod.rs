@@ -6,6 +6,7 @@ use glam::{UVec2, Vec2, Vec3, Vec4};
 use crate::backend::Backend;
 
 mod mirror_gbuffer;
+pub mod ray_trace;
 pub mod sscr;
 mod surface;
 

@@ -5,6 +5,8 @@ pub mod accumulate;
 pub mod curvature;
 pub mod distribute;
 pub mod lhc;
+pub mod mirror_error;
+pub mod root_find;
 mod settings;
 
 use crate::gbuffer::disc::PixelRect;

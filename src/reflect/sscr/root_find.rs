@@ -1,0 +1,398 @@
+//! Pass `root_find`: for a point of the cloud, the pixel of a mirror region that shows it. Algorithm 3.1 of
+//! [Preiner 2010, section 3.4], interleaved bracketing and bisection, with the termination rule of its text and an error
+//! function that is zero where the point is seen.
+//!
+//! Arithmetic is plain f32 in a fixed order, and random numbers are integers, so that a GPU can do the same.
+
+use glam::{UVec2, Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::mirror_error::{MirrorPoint, mirror_error};
+use super::{LhcMap, Region};
+use crate::backend::cpu::Cpu;
+use crate::cloud::Place;
+use crate::error::Result;
+use crate::job::Job;
+use crate::reflect::{Eye, Hit, Surface};
+
+/// Smallest step that is still taken, pixels.
+const SMALLEST_STEP: f32 = 1.0;
+
+/// Points a task.
+const CHUNK: usize = 1 << 12;
+
+/// What the search for one point may do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RootFindParams {
+    /// How many more random pixels of the region's box are tried for each of the two seeds, where the first lies outside
+    /// the region.
+    pub seed_attempts: u32,
+    /// How often a step that leaves the region is halved before the point is given up.
+    pub step_attempts: u32,
+    /// Steps at most.
+    pub max_steps: u32,
+    /// First step, along x and y, as a fraction of the region's box; above 0, at most 0.5.
+    pub initial_step: f32,
+    /// The point is seen between two places of opposite errors nearer to each other than this; pixels.
+    pub threshold: f32,
+    /// Points nearer to the mirror than this are its own; x spacing.
+    pub self_hit: f32,
+}
+
+/// Where a point is seen in the mirror.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Root {
+    /// Pixels (centres at + 0.5).
+    pub pixel: Vec2,
+    /// Distance from the mirror's point, in the cloud's unit.
+    pub distance: f32,
+    /// Steps taken.
+    pub steps: u32,
+    /// Length of the error at the pixel.
+    pub residual: f32,
+}
+
+/// How the search for a point ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outcome {
+    /// The mirror shows it.
+    Found(Root),
+    /// Not found after so many steps.
+    Lost(u32),
+}
+
+/// What a search came to.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SearchCounts {
+    /// Points that were searched for.
+    pub offered: u64,
+    /// Points that were found.
+    pub hit: u64,
+    /// Steps in all.
+    pub steps: u64,
+}
+
+/// The mirrors in which points are searched.
+#[derive(Clone, Copy)]
+pub struct RootFinder<'a> {
+    /// The mirrors' surface.
+    pub surface: &'a Surface<Cpu>,
+    /// Its regions.
+    pub lhc: &'a LhcMap,
+    /// The picture's x axis in the scene, unit length: the first component of the error follows it.
+    pub right: Vec3,
+    /// What the search may do.
+    pub params: RootFindParams,
+}
+
+/// A random sequence of its own for every point.
+struct Random(u32);
+
+impl Random {
+    fn new(point: u32) -> Self {
+        Self(scramble(point))
+    }
+
+    /// 0 to 1, exclusive.
+    fn next(&mut self) -> f32 {
+        self.0 = scramble(self.0);
+        (self.0 >> 8) as f32 * (1.0 / 16_777_216.0)
+    }
+}
+
+/// A permutation of the integers without pattern: one step of a linear congruence, permuted by its own top bits
+/// [O'Neill 2014, "PCG", RXS-M-XS].
+fn scramble(value: u32) -> u32 {
+    let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    (word >> 22) ^ word
+}
+
+/// A place in the region, and the error there.
+#[derive(Clone, Copy)]
+struct Probe {
+    at: Vec2,
+    error: Vec2,
+}
+
+/// The search along one axis.
+#[derive(Clone, Copy)]
+struct Axis {
+    direction: f32,
+    step: f32,
+}
+
+impl Axis {
+    /// Turns round, and halves the step, as the errors before and after a step say.
+    fn turn(&mut self, before: f32, after: f32) {
+        if opposite(before, after) {
+            self.direction = -self.direction;
+            self.step *= 0.5;
+        } else if after.abs() >= before.abs() {
+            self.direction = -self.direction;
+        }
+    }
+}
+
+fn opposite(a: f32, b: f32) -> bool {
+    (a < 0.0) != (b < 0.0)
+}
+
+/// Where between two places the error vanishes, if it runs straight.
+fn between(first: f32, last: f32, first_error: f32, last_error: f32) -> f32 {
+    let (a, b) = (first_error.abs(), last_error.abs());
+    let sum = a + b;
+    let part = if sum > 0.0 { a / sum } else { 0.5 };
+    first + (last - first) * part
+}
+
+impl RootFinder<'_> {
+    /// Searches region `region` (counted from 1) for the pixel that shows the point.
+    ///
+    /// `index` is the point's own number, which its random sequence follows from. Whichever way the point's surface
+    /// faces: diffuse points are two-sided, and a mirror seen from behind is opaque.
+    pub fn find(&self, index: u32, point: Vec3, region: u32) -> Outcome {
+        self.find_by(mirror_error, index, point, region)
+    }
+
+    /// Like [`RootFinder::find`], with another error function: it takes what the mirror is at a pixel, the picture's x
+    /// axis and the point.
+    pub fn find_by(
+        &self,
+        error: impl Fn(&MirrorPoint, Vec3, Vec3) -> Vec2,
+        index: u32,
+        point: Vec3,
+        region: u32,
+    ) -> Outcome {
+        let Some(bounds) = region
+            .checked_sub(1)
+            .and_then(|k| self.lhc.regions.get(k as usize))
+        else {
+            return Outcome::Lost(0);
+        };
+        let probe = |at: Vec2| {
+            let mirror = self.mirror_at(at, region)?;
+            Some(Probe {
+                at,
+                error: error(&mirror, self.right, point),
+            })
+        };
+
+        // Seeds.
+        let mut random = Random::new(index);
+        let mut seed = || {
+            (0..=self.params.seed_attempts).find_map(|_| probe(random_pixel(bounds, &mut random)))
+        };
+        let (Some(mut first), Some(mut second)) = (seed(), seed()) else {
+            return Outcome::Lost(0);
+        };
+        let extent = region_size(bounds).as_vec2() * self.params.initial_step;
+        let along = |from: f32, to: f32, step: f32| Axis {
+            direction: if to < from { -1.0 } else { 1.0 },
+            step,
+        };
+        let mut x = along(first.at.x, second.at.x, extent.x);
+        let mut y = along(first.at.y, second.at.y, extent.y);
+
+        for steps in 0..=self.params.max_steps {
+            // The root lies between two near places of opposite errors.
+            if opposite(first.error.x, second.error.x)
+                && opposite(first.error.y, second.error.y)
+                && first.at.distance_squared(second.at) < self.params.threshold.powi(2)
+            {
+                return self.accept(&error, &first, &second, point, region, steps);
+            }
+            x.turn(first.error.x, second.error.x);
+            y.turn(first.error.y, second.error.y);
+            if steps == self.params.max_steps || x.step.max(y.step) < SMALLEST_STEP {
+                return Outcome::Lost(steps);
+            }
+            // A step that leaves the region is halved for this once.
+            let mut step = Vec2::new(x.direction * x.step, y.direction * y.step);
+            let mut next = probe(second.at + step);
+            for _ in 0..self.params.step_attempts {
+                if next.is_some() {
+                    break;
+                }
+                step *= 0.5;
+                next = probe(second.at + step);
+            }
+            let Some(next) = next else {
+                return Outcome::Lost(steps);
+            };
+            first = second;
+            second = next;
+        }
+        Outcome::Lost(self.params.max_steps)
+    }
+
+    /// The root between two places, unless the point lies behind the mirror there, or belongs to it.
+    fn accept(
+        &self,
+        error: impl Fn(&MirrorPoint, Vec3, Vec3) -> Vec2,
+        first: &Probe,
+        second: &Probe,
+        point: Vec3,
+        region: u32,
+        steps: u32,
+    ) -> Outcome {
+        let (a, b) = (first.at, second.at);
+        let pixel = Vec2::new(
+            between(a.x, b.x, first.error.x, second.error.x),
+            between(a.y, b.y, first.error.y, second.error.y),
+        );
+        // Between two pixels of the region there may be one of another.
+        let mirror = self
+            .mirror_at(pixel, region)
+            .or_else(|| self.mirror_at(b, region));
+        let Some(mirror) = mirror else {
+            return Outcome::Lost(steps);
+        };
+        let to_point = point - mirror.position;
+        let distance = to_point.length();
+        if mirror.normal.dot(to_point) <= 0.0 || distance < self.params.self_hit * mirror.spacing {
+            return Outcome::Lost(steps);
+        }
+        Outcome::Found(Root {
+            pixel,
+            distance,
+            steps,
+            residual: error(&mirror, self.right, point).length(),
+        })
+    }
+
+    /// The mirror at a place of the picture; `None` outside of the region.
+    fn mirror_at(&self, at: Vec2, region: u32) -> Option<MirrorPoint> {
+        let size = self.surface.size;
+        if !(at.x >= 0.0 && at.y >= 0.0 && at.x < size.x as f32 && at.y < size.y as f32) {
+            return None;
+        }
+        let index = at.y as usize * size.x as usize + at.x as usize;
+        if *self.lhc.labels.values().get(index)? != region {
+            return None;
+        }
+        let position = self.surface.point.values().get(index)?.truncate();
+        let normal = *self.surface.normal.values().get(index)?;
+        let eye = match &self.surface.eye {
+            Eye::Point(eye) => *eye,
+            Eye::PerPixel(eyes) => eyes.values().get(index)?.truncate(),
+        };
+        Some(MirrorPoint {
+            position,
+            normal: normal.truncate(),
+            to_eye: (eye - position).normalize_or_zero(),
+            spacing: normal.w,
+        })
+    }
+
+    /// Searches for all points, each in the region that `region_of` gives it (none for some), on all cores.
+    ///
+    /// The hits are in the order of the points, the same for any number of threads.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn search(
+        &self,
+        places: &[Place],
+        region_of: impl Fn(u32) -> Option<u32> + Sync,
+        job: &Job,
+    ) -> Result<(Vec<Hit>, SearchCounts)> {
+        let chunks: Vec<(Vec<Hit>, SearchCounts)> = places
+            .par_chunks(CHUNK)
+            .enumerate()
+            .map(|(chunk, places)| {
+                job.check()?;
+                let first = (chunk * CHUNK) as u32;
+                let mut counts = SearchCounts::default();
+                let mut hits = Vec::new();
+                for (index, place) in (first..).zip(places) {
+                    let Some(region) = region_of(index) else {
+                        continue;
+                    };
+                    counts.offered += 1;
+                    match self.find(index, place.position, region) {
+                        Outcome::Found(root) => {
+                            counts.hit += 1;
+                            counts.steps += u64::from(root.steps);
+                            hits.push(Hit {
+                                point: index,
+                                pixel: root.pixel,
+                                distance: root.distance,
+                            });
+                        }
+                        Outcome::Lost(steps) => counts.steps += u64::from(steps),
+                    }
+                }
+                Ok((hits, counts))
+            })
+            .collect::<Result<_>>()?;
+        let mut all = Vec::with_capacity(chunks.iter().map(|(hits, _)| hits.len()).sum());
+        let mut counts = SearchCounts::default();
+        for (hits, part) in chunks {
+            all.extend(hits);
+            counts.offered += part.offered;
+            counts.hit += part.hit;
+            counts.steps += part.steps;
+        }
+        Ok((all, counts))
+    }
+}
+
+/// Width and height of a region's box, pixels.
+fn region_size(region: &Region) -> UVec2 {
+    let b = region.bounds;
+    UVec2::new(b.x1.saturating_sub(b.x0), b.y1.saturating_sub(b.y0))
+}
+
+/// The centre of a random pixel of a region's box.
+fn random_pixel(region: &Region, random: &mut Random) -> Vec2 {
+    let size = region_size(region).as_vec2();
+    let first = Vec2::new(region.bounds.x0 as f32, region.bounds.y0 as f32);
+    let (u, v) = (random.next(), random.next());
+    first + Vec2::new((u * size.x).floor() + 0.5, (v * size.y).floor() + 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn random_numbers_fill_their_range_evenly() {
+        let mut bins = [0; 16];
+        for point in 0..4096 {
+            let mut random = Random::new(point);
+            for _ in 0..4 {
+                let u = random.next();
+                assert!((0.0..1.0).contains(&u), "{u}");
+                bins[(u * 16.0) as usize] += 1;
+            }
+        }
+        // 1024 expected, standard deviation 31.
+        assert!(
+            bins.iter().all(|n| (1024 - 140..=1024 + 140).contains(n)),
+            "{bins:?}"
+        );
+    }
+
+    #[test]
+    fn the_root_divides_the_step_as_the_errors_do() {
+        assert_eq!(between(2.0, 6.0, 1.0, -3.0), 3.0);
+        assert_eq!(between(2.0, 6.0, 0.0, 0.0), 4.0);
+    }
+
+    #[test]
+    fn a_change_of_sign_turns_round_and_halves_the_step() {
+        let axis = Axis {
+            direction: 1.0,
+            step: 8.0,
+        };
+        let turned = |before: f32, after: f32| {
+            let mut axis = axis;
+            axis.turn(before, after);
+            (axis.direction, axis.step)
+        };
+        assert_eq!(turned(2.0, 1.0), (1.0, 8.0), "nearer");
+        assert_eq!(turned(1.0, 2.0), (-1.0, 8.0), "farther");
+        assert_eq!(turned(1.0, -0.5), (-1.0, 4.0), "passed");
+    }
+}
