@@ -1,13 +1,11 @@
 //! What the regions of mirrors cost: `cargo bench --bench lhc`. The scene `bumps` at 800 x 600, seen by the tests' oracle.
 
-#[allow(
-    dead_code,
-    unreachable_pub,
-    reason = "the oracle knows more than this needs"
-)]
-#[allow(clippy::panic, reason = "it panics for scenes that it does not know")]
+#[allow(dead_code, reason = "the oracle knows more than this needs")]
 #[path = "../tests/analytic.rs"]
 mod analytic;
+#[allow(dead_code, reason = "the oracle knows more than this needs")]
+#[path = "../tests/forms.rs"]
+mod forms;
 
 use catoptric::backend::cpu::Cpu;
 use catoptric::grid::Grid;

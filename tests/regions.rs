@@ -1,6 +1,12 @@
-//! The regions of homogeneous curvature of mirrors seen by the oracle, without the noise of splats.
+//! The regions of homogeneous curvature of mirrors, seen by the oracle (without noise) and splatted.
 
+use std::ops::RangeInclusive;
+
+use catoptric::backend::Backend;
 use catoptric::backend::cpu::Cpu;
+use catoptric::camera::Camera;
+use catoptric::cloud::generate::SceneName;
+use catoptric::gbuffer::SplatSettings;
 use catoptric::grid::Grid;
 use catoptric::reflect::sscr::LhcMap;
 use catoptric::reflect::sscr::curvature::{Axes, LhcSettings, curvature};
@@ -12,69 +18,63 @@ use rayon::prelude::*;
 
 use crate::analytic::{Kind, Oracle, View};
 use crate::forms::C;
-
-/// Spacing of 1.6 million points over room and mirror, metres.
-const SPACING: f32 = 0.0043;
+use crate::ideal::{SPACING, cloud};
 
 /// What a ray from the camera meets of a mirror's front: point and unit normal.
 type Seen = Option<(DVec3, DVec3)>;
 
 pub fn tests() -> Vec<Trial> {
     let mut trials = Vec::new();
-    let mut add = |name: String, test: fn()| {
+    // Bounds of the number of regions and of the largest one's share; ideal, then splatted.
+    let scenes = [
+        ("sphere", SceneName::Sphere, 1..=1, 1.0, 1..=5, 0.999),
+        ("parabola", SceneName::Parabola, 1..=1, 1.0, 1..=5, 0.999),
+        ("plane", SceneName::Plane, 1..=1, 1.0, 1..=1, 1.0),
+        ("torus", SceneName::Torus, 1..=12, 0.99, 1..=200, 0.95),
+        ("blob", SceneName::Blob, 2..=20, 0.9, 2..=200, 0.9),
+        ("bumps", SceneName::Bumps, 200..=700, 0.0, 200..=800, 0.0),
+    ];
+    for (scene, name, ideal, ideal_share, splatted, splatted_share) in scenes {
+        let test = move || {
+            Figures::ideal(scene).assert(scene, ideal, ideal_share);
+            Ok(())
+        };
+        trials.push(Trial::test(
+            format!("regions::{scene}_seen_by_the_oracle"),
+            test,
+        ));
+        let test = move || {
+            Figures::splatted(name).assert(&format!("{scene}, splatted"), splatted, splatted_share);
+            Ok(())
+        };
+        trials.push(Trial::test(format!("regions::{scene}_splatted"), test));
+    }
+    let mut add = |name: &str, test: fn()| {
         let test = move || {
             test();
             Ok(())
         };
         trials.push(Trial::test(format!("regions::{name}"), test));
     };
+    add("two_balls_that_touch_are_two_regions", two_balls_that_touch);
     add(
-        "a_ball_a_bowl_and_a_pane_are_one_region_each".into(),
-        || {
-            for scene in ["sphere", "parabola", "plane"] {
-                let figures = Figures::of(scene);
-                assert_eq!(
-                    (figures.raw, figures.unlabelled),
-                    (1, 0),
-                    "{scene}: {figures:?}"
-                );
-            }
-        },
-    );
-    add("the_torus_is_one_region_and_a_few_specks".into(), || {
-        assert_figures("torus", 1..=20, 0.99);
-    });
-    add("the_blob_is_few_regions".into(), || {
-        assert_figures("blob", 2..=60, 0.5);
-    });
-    add("the_bumps_are_many_regions".into(), || {
-        assert_figures("bumps", 50..=2000, 0.0);
-    });
-    add(
-        "two_balls_that_touch_are_two_regions".into(),
-        two_balls_that_touch,
-    );
-    add(
-        "one_ball_before_another_is_two_regions".into(),
+        "one_ball_before_another_is_two_regions",
         one_ball_before_another,
     );
-    add(
-        "a_pane_seen_at_78_and_88_degrees_is_one_region".into(),
-        || {
-            for (degrees, axes) in [(78.0, screen()), (88.0, screen()), (88.0, Axes::Way)] {
-                let front = |_, ray| tilted_pane(ray, degrees);
-                let map = labelled(&View::REFERENCE, front, axes);
-                let pixels = map.labels.values().iter().filter(|&&l| l > 0).count();
-                let regions = map.regions.len();
-                assert_eq!(regions, 1, "{degrees} degrees, {axes:?}: {pixels} pixels");
-                assert!(
-                    pixels > 1000,
-                    "{degrees} degrees: {pixels} pixels are too few"
-                );
-            }
-        },
-    );
-    add("a_ball_that_fills_the_screen_is_one_region".into(), || {
+    add("a_pane_seen_at_78_and_88_degrees_is_one_region", || {
+        for (degrees, axes) in [(78.0, screen()), (88.0, screen()), (88.0, Axes::Way)] {
+            let front = |_, ray| tilted_pane(ray, degrees);
+            let map = labelled(&View::REFERENCE, front, axes);
+            let pixels = map.labels.values().iter().filter(|&&l| l > 0).count();
+            let regions = map.regions.len();
+            assert_eq!(regions, 1, "{degrees} degrees, {axes:?}: {pixels} pixels");
+            assert!(
+                pixels > 1000,
+                "{degrees} degrees: {pixels} pixels are too few"
+            );
+        }
+    });
+    add("a_ball_that_fills_the_screen_is_one_region", || {
         let near = View {
             position: DVec3::new(0.0, 0.0, -0.62),
             ..View::REFERENCE
@@ -83,7 +83,7 @@ pub fn tests() -> Vec<Trial> {
         assert_eq!(map.regions.len(), 1);
         assert_eq!(map.regions[0].pixels, 480_000);
     });
-    add("a_ball_of_a_few_pixels_is_one_region".into(), || {
+    add("a_ball_of_a_few_pixels_is_one_region", || {
         let far = View {
             width: 16,
             height: 12,
@@ -103,8 +103,8 @@ fn screen() -> Axes {
     }
 }
 
-/// The LHC map of what a view shows.
-fn labelled(view: &View, front: impl Fn(DVec3, DVec3) -> Seen + Sync, axes: Axes) -> LhcMap {
+/// The mirrors that a view shows.
+fn surface(view: &View, front: impl Fn(DVec3, DVec3) -> Seen + Sync) -> Surface<Cpu> {
     let size = UVec2::new(view.width as u32, view.height as u32);
     let pixel = |i: usize| {
         let ray = view.direction(i % view.width, i / view.width);
@@ -113,18 +113,25 @@ fn labelled(view: &View, front: impl Fn(DVec3, DVec3) -> Seen + Sync, axes: Axes
             None => (Vec4::ZERO, Vec4::ZERO),
         }
     };
-    let (points, normals) = (0..view.width * view.height)
-        .into_par_iter()
-        .map(pixel)
-        .unzip();
-    let surface = Surface::<Cpu> {
+    let pixels = (0..view.width * view.height).into_par_iter().map(pixel);
+    let (points, normals) = pixels.unzip();
+    Surface {
         size,
         point: Grid::from_vec(size, points).unwrap(),
         normal: Grid::from_vec(size, normals).unwrap(),
         eye: Eye::Point(view.position.as_vec3()),
-    };
-    let map = curvature(&surface, axes, &LhcSettings::default());
+    }
+}
+
+/// The LHC map of mirrors, by the default settings.
+fn label(surface: &Surface<Cpu>, axes: Axes) -> LhcMap {
+    let map = curvature(surface, axes, &LhcSettings::default());
     Labeller::default().lhc(&map).clone()
+}
+
+/// The LHC map of what a view shows.
+fn labelled(view: &View, front: impl Fn(DVec3, DVec3) -> Seen + Sync, axes: Axes) -> LhcMap {
+    label(&surface(view, front), axes)
 }
 
 /// The fronts of a reference scene's mirrors.
@@ -136,34 +143,18 @@ fn oracle_front(scene: &str) -> impl Fn(DVec3, DVec3) -> Seen + Sync {
     }
 }
 
-/// How a scene's mirror falls into regions.
+/// How a mirror falls into regions.
 #[derive(Debug)]
 struct Figures {
     raw: usize,
     from_8_pixels: usize,
     from_64_pixels: usize,
     largest_share: f32,
-    mirror_pixels: usize,
-    unlabelled: usize,
+    unlabelled_share: f32,
 }
 
 impl Figures {
-    /// The figures of a reference scene seen by its camera.
-    fn of(scene: &str) -> Self {
-        let front = oracle_front(scene);
-        let map = labelled(&View::REFERENCE, &front, screen());
-        let view = View::REFERENCE;
-        let is_mirror = |i: &usize| {
-            front(
-                view.position,
-                view.direction(i % view.width, i / view.width),
-            )
-            .is_some()
-        };
-        let mirror_pixels = (0..view.width * view.height)
-            .into_par_iter()
-            .filter(is_mirror)
-            .count();
+    fn of(map: &LhcMap, mirror_pixels: u64) -> Self {
         let labelled = map.labels.values().iter().filter(|&&l| l > 0).count();
         let from = |pixels| map.regions.iter().filter(|r| r.pixels >= pixels).count();
         Self {
@@ -171,29 +162,53 @@ impl Figures {
             from_8_pixels: from(8),
             from_64_pixels: from(64),
             largest_share: map.regions.first().map_or(0.0, |r| r.weight),
-            mirror_pixels,
-            unlabelled: mirror_pixels - labelled,
+            unlabelled_share: 1.0 - labelled as f32 / mirror_pixels as f32,
         }
     }
-}
 
-/// Holds a scene's number of regions, and the share of its largest, within bounds.
-#[expect(
-    clippy::print_stdout,
-    reason = "the documentation quotes these figures"
-)]
-fn assert_figures(scene: &str, raw: std::ops::RangeInclusive<usize>, largest_share: f32) {
-    let figures = Figures::of(scene);
-    println!("{scene}: {figures:?}");
-    assert!(raw.contains(&figures.raw), "{scene}: {figures:?}");
-    assert!(
-        figures.largest_share >= largest_share,
-        "{scene}: {figures:?}"
-    );
-    assert!(
-        figures.unlabelled * 1000 <= figures.mirror_pixels,
-        "{scene}: {figures:?}"
-    );
+    /// Of a reference scene as the oracle sees it.
+    fn ideal(scene: &str) -> Self {
+        let surface = surface(&View::REFERENCE, oracle_front(scene));
+        Self::of(&label(&surface, screen()), surface.pixels())
+    }
+
+    /// Of a reference scene of 1.6 million points, splatted.
+    fn splatted(scene: SceneName) -> Self {
+        let camera = Camera {
+            position: View::REFERENCE.position,
+            target: View::REFERENCE.target,
+            up: View::REFERENCE.up,
+            fov_y_degrees: View::REFERENCE.fov_y_degrees,
+            near: 0.05,
+            far: 10.0,
+            size: UVec2::new(800, 600),
+        };
+        let (pinhole, settings) = (
+            camera.pinhole(DVec3::ZERO).unwrap(),
+            SplatSettings::default(),
+        );
+        let mut cpu = Cpu::default();
+        let points = cpu.upload(&cloud(scene, 1_600_000)).unwrap();
+        let mut gbuffer = cpu.splat(&points, &pinhole, &settings).unwrap();
+        cpu.fill(&mut gbuffer, &settings).unwrap();
+        cpu.smooth(&mut gbuffer, &settings).unwrap();
+        let surface = Surface::of(&gbuffer);
+        Self::of(&label(&surface, Axes::from(&pinhole)), surface.pixels())
+    }
+
+    /// Reports the figures, and holds the number of regions and the share of the largest within bounds.
+    fn assert(&self, scene: &str, raw: RangeInclusive<usize>, largest_share: f32) {
+        println!(
+            "regions of {scene}: {} raw, {} from 8 pixels, {} from 64, the largest {:.1} % of the mirror",
+            self.raw,
+            self.from_8_pixels,
+            self.from_64_pixels,
+            100.0 * self.largest_share
+        );
+        assert!(raw.contains(&self.raw), "{scene}: {self:?}");
+        assert!(self.largest_share >= largest_share, "{scene}: {self:?}");
+        assert!(self.unlabelled_share <= 0.005, "{scene}: {self:?}");
+    }
 }
 
 /// Where a ray meets a ball.

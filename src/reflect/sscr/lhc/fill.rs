@@ -69,11 +69,12 @@ impl Filling<'_> {
     /// The neighbours to which no step lies.
     fn neighbours(&self, i: usize) -> [Option<usize>; 4] {
         let (width, cells) = (self.cells.width(), self.cells.values());
+        let (x, last) = (i % width, width - 1);
         let no_step = |later: usize, step: u8| cells[later] & step == 0;
         [
-            (i % width > 0 && no_step(i, X_STEP)).then(|| i - 1),
+            (x > 0 && no_step(i, X_STEP)).then(|| i - 1),
             (i >= width && no_step(i, Y_STEP)).then(|| i - width),
-            (i % width + 1 < width && no_step(i + 1, X_STEP)).then_some(i + 1),
+            (x < last && no_step(i + 1, X_STEP)).then_some(i + 1),
             (i + width < cells.len() && no_step(i + width, Y_STEP)).then_some(i + width),
         ]
     }
