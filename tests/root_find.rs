@@ -3,12 +3,12 @@
 use catoptric::cloud::generate::SceneName;
 use catoptric::reflect::sscr::mirror_error::MirrorPoint;
 use catoptric::reflect::sscr::root_find::{Outcome, RootFindParams, RootFinder};
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, Vec2, Vec3};
 use libtest_mimic::Trial;
 use rayon::prelude::*;
 
 use crate::analytic::{Oracle, View};
-use crate::ideal::{cloud, one_region, surface};
+use crate::ideal::{SPACING, cloud, one_region, surface};
 use crate::roots::{Quality, Root, Roots, quality};
 use crate::support::claim;
 
@@ -69,7 +69,7 @@ const EXPECTED: [Expected; 5] = [
     },
     Expected {
         scene: "torus",
-        threshold: 4.0,
+        threshold: 3.0,
         hit_rate: 0.139,
         recall: 0.137,
     },
@@ -141,7 +141,10 @@ fn is_found_as_expected(expected: &Expected) {
         (q.recall - expected.recall).abs() < 0.05,
         "{expected:?}: {q:?}"
     );
-    assert!(q.false_hits < 0.06 && q.median < 0.5, "{expected:?}: {q:?}");
+    assert!(
+        q.false_hits < 0.06 && q.median < 0.5 && q.p95 < 2.5,
+        "{expected:?}: {q:?}"
+    );
 }
 
 /// The error function as printed in the thesis (equation 3.3), all vectors unit, in mirror space: the reflection takes
@@ -205,8 +208,8 @@ fn threads_do_not_change_the_hits() {
         "in the order of the points"
     );
     for hit in &hits {
-        let point = surfels.places[hit.point as usize].position.as_dvec3();
-        assert!(point.is_finite() && hit.distance > 4.0 * 0.005, "{hit:?}");
-        assert!(DVec3::ONE.is_finite() && hit.pixel.is_finite(), "{hit:?}");
+        let point = surfels.places[hit.point as usize].position;
+        assert!(hit.pixel.is_finite(), "{hit:?} of {point}");
+        assert!(hit.distance >= 4.0 * SPACING, "{hit:?} is a self-hit");
     }
 }

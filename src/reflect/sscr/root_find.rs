@@ -15,8 +15,9 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::reflect::{Eye, Hit, Surface};
 
-/// Smallest step that is still taken, pixels.
-const SMALLEST_STEP: f32 = 1.0;
+/// Smallest step that is still taken, pixels. The mirror is known at pixel centres, so that shorter steps seldom lead
+/// anywhere; already at 1 the sphere loses four hits in ten, since the last bracket of two often forms below it.
+const SMALLEST_STEP: f32 = 0.5;
 
 /// Points a task.
 const CHUNK: usize = 1 << 12;
@@ -27,7 +28,8 @@ pub struct RootFindParams {
     /// How many more random pixels of the region's box are tried for each of the two seeds, where the first lies outside
     /// the region.
     pub seed_attempts: u32,
-    /// How often a step that leaves the region is halved before the point is given up.
+    /// How often a step that leaves the region is halved before the point is given up. The steps after it start from the
+    /// halved one: short detours along an outline would find four false hits in a hundred more on the torus.
     pub step_attempts: u32,
     /// Steps at most.
     pub max_steps: u32,
@@ -147,6 +149,11 @@ impl Axis {
     }
 }
 
+/// The step that both axes make together.
+fn step_of(x: Axis, y: Axis) -> Vec2 {
+    Vec2::new(x.direction * x.step, y.direction * y.step)
+}
+
 fn opposite(a: f32, b: f32) -> bool {
     (a < 0.0) != (b < 0.0)
 }
@@ -220,15 +227,15 @@ impl RootFinder<'_> {
             if steps == self.params.max_steps || x.step.max(y.step) < SMALLEST_STEP {
                 return Outcome::Lost(steps);
             }
-            // A step that leaves the region is halved for this once.
-            let mut step = Vec2::new(x.direction * x.step, y.direction * y.step);
-            let mut next = probe(second.at + step);
+            // A step that leaves the region is halved.
+            let mut next = probe(second.at + step_of(x, y));
             for _ in 0..self.params.step_attempts {
                 if next.is_some() {
                     break;
                 }
-                step *= 0.5;
-                next = probe(second.at + step);
+                x.step *= 0.5;
+                y.step *= 0.5;
+                next = probe(second.at + step_of(x, y));
             }
             let Some(next) = next else {
                 return Outcome::Lost(steps);
@@ -249,7 +256,8 @@ impl RootFinder<'_> {
         region: u32,
         steps: u32,
     ) -> Outcome {
-        let (a, b) = (first.at, second.at);
+        // The errors are those of the pixels' centres.
+        let (a, b) = (first.at.floor() + 0.5, second.at.floor() + 0.5);
         let pixel = Vec2::new(
             between(a.x, b.x, first.error.x, second.error.x),
             between(a.y, b.y, first.error.y, second.error.y),
