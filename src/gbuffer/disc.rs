@@ -7,7 +7,7 @@
 use glam::Vec3;
 use wide::f32x4;
 
-use super::SplatSettings;
+use super::{Class, SplatSettings};
 use crate::camera::Pinhole;
 use crate::cloud::{Finish, Place};
 
@@ -60,8 +60,8 @@ pub struct Disc {
     pub inverse_half_squared: f32,
     /// A fragment this far behind the nearest is still blended.
     pub tolerance: f32,
-    /// Whether the front of a mirror is seen.
-    pub mirror: bool,
+    /// What it may blend with.
+    pub class: Class,
     /// Whether the surfel is seen from behind.
     pub behind: bool,
     /// The surfel's radius (local spacing).
@@ -164,7 +164,7 @@ impl Disc {
             half_squared,
             inverse_half_squared: 1.0 / half_squared,
             tolerance: place.radius * (settings.depth_tolerance + slope),
-            mirror: !behind && finish.mirror() > 0.0,
+            class: Class::of(*finish, behind),
             behind,
             radius: place.radius,
             finish: *finish,
