@@ -55,9 +55,15 @@ fn camera() -> Pinhole {
 fn camera_gbuffer(bencher: Bencher<'_, '_>, points: usize) {
     let (surfels, pinhole, settings) = (sphere(points), camera(), SplatSettings::default());
     let mut splatter = Splatter::default();
-    bencher
-        .counter(ItemsCount::new(points))
-        .bench_local(|| splatter.splat(&surfels, &pinhole, &settings, &mut Timings::default()));
+    bencher.counter(ItemsCount::new(points)).bench_local(|| {
+        splatter.splat(
+            &surfels,
+            &pinhole,
+            &settings,
+            &mut Timings::default(),
+            &Job::default(),
+        )
+    });
 }
 
 /// Pass depth alone: what the three passes are compared with.
@@ -67,5 +73,5 @@ fn nearest_only(bencher: Bencher<'_, '_>, points: usize) {
     let mut splatter = Splatter::default();
     bencher
         .counter(ItemsCount::new(points))
-        .bench_local(|| splatter.depth_keys(&surfels, &pinhole, &settings));
+        .bench_local(|| splatter.depth_keys(&surfels, &pinhole, &settings, &Job::default()));
 }

@@ -1,5 +1,5 @@
 // Counts the pixels that show something.
-// One thread per pixel. CPU twin: the counts of `fill` in src/gbuffer/fill.rs.
+// One thread per pixel. CPU twin: `coverage` in src/gbuffer/coverage.rs.
 
 override PIXEL_GROUP: u32 = 8u; // threads per workgroup side
 
@@ -13,7 +13,7 @@ struct CoverageParams {
 @group(0) @binding(0) var<uniform> params: CoverageParams;
 @group(0) @binding(1) var<storage, read> albedo: array<vec4f>;
 @group(0) @binding(2) var<storage, read> material: array<vec4f>;
-// Splatted; splatted or filled; mirrors of these.
+// Showing their own splats; splatted or filled; mirrors of these.
 @group(0) @binding(3) var<storage, read_write> counts: array<atomic<u32>, 3>;
 
 var<workgroup> group_counts: array<atomic<u32>, 3>;

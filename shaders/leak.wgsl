@@ -11,8 +11,6 @@ override LEAK_NEIGHBOURS: u32;
 @group(0) @binding(2) var<storage, read> albedo: array<vec4f>;
 // A marked pixel still counts as seen for its neighbours, so that their order does not matter.
 @group(0) @binding(3) var<storage, read_write> material: array<vec4f>;
-// The first counts splatted pixels, of which pass `coverage` does not see those that are marked here.
-@group(0) @binding(4) var<storage, read_write> counts: array<atomic<u32>, 3>;
 
 @compute @workgroup_size(PIXEL_GROUP, PIXEL_GROUP)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -47,6 +45,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let chosen = seen.all[best.chosen];
     if best.votes >= LEAK_NEIGHBOURS && chosen.depth + AGREE_SPACINGS * chosen.radius < depth {
         material[here].w = LEAK;
-        atomicAdd(&counts[0], 1u);
     }
 }

@@ -64,11 +64,13 @@ pub fn frame<B: Backend>(
     job: &Job,
 ) -> Result<Frame<B>> {
     job.progress("splatting", 0, 0)?;
-    let mut gbuffer = backend.splat(points, &view.pinhole, &settings.splat)?;
-    job.check()?;
-    let coverage = backend.fill(&mut gbuffer, &settings.splat)?;
+    let mut gbuffer = backend.splat(points, &view.pinhole, &settings.splat, job)?;
+    if plan.runs(Stage::Fill, false) {
+        backend.fill(&mut gbuffer, &settings.splat, job)?;
+    }
+    let coverage = backend.coverage(&gbuffer, job)?;
     if plan.runs(Stage::Smooth, coverage.mirror > 0) {
-        backend.smooth(&mut gbuffer, &settings.splat)?;
+        backend.smooth(&mut gbuffer, &settings.splat, job)?;
     }
     job.progress("lighting", 0, 0)?;
     let mut lights = Vec::new();
@@ -78,15 +80,13 @@ pub fn frame<B: Backend>(
             let map = light.pinhole(settings.gi.light_map_size, view.reach(light));
             lights.push(LitBy {
                 light: *light,
-                map: backend.light_map(points, &map, &settings.splat)?,
+                map: backend.light_map(points, &map, &settings.splat, job)?,
             });
-            job.check()?;
         }
-        backend.shade(&gbuffer, &lights, &settings.gi)?
+        backend.shade(&gbuffer, &lights, &settings.gi, job)?
     } else {
-        backend.edl(&gbuffer, &settings.image)?
+        backend.edl(&gbuffer, &settings.image, job)?
     };
-    job.check()?;
     Ok(Frame {
         gbuffer,
         coverage,

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use bytemuck::Pod;
-use glam::{UVec2, Vec4};
+use glam::Vec4;
 
 use crate::backend::cpu::Cpu;
 use crate::backend::gpu::{AdapterChoice, Gpu, GpuOptions};
@@ -52,6 +51,16 @@ pub enum BackendChoice {
     Cpu,
 }
 
+/// A backend, open but without a scene.
+pub struct Machine {
+    backend: AnyBackend,
+}
+
+enum AnyBackend {
+    Cpu(Cpu),
+    Gpu(Box<Gpu>),
+}
+
 /// A scene on a backend.
 pub struct Renderer {
     session: AnySession,
@@ -62,13 +71,12 @@ enum AnySession {
     Gpu(Box<Session<Gpu>>),
 }
 
-impl Renderer {
-    /// Brings the surfels to the backend of the choice.
+impl Machine {
+    /// Opens the backend of the choice.
     ///
     /// # Errors
-    /// [`Error::NoAdapter`] where a GPU is asked for and there is none; [`Error::Gpu`] and [`Error::Memory`] where it
-    /// cannot hold the surfels.
-    pub fn new(choice: &BackendChoice, surfels: &Arc<Surfels>) -> Result<Self> {
+    /// [`Error::NoAdapter`] where a GPU is asked for and there is none, [`Error::Gpu`] where it cannot be opened.
+    pub fn open(choice: &BackendChoice) -> Result<Self> {
         let open = |adapter| {
             Gpu::new(&GpuOptions {
                 adapter,
@@ -85,14 +93,44 @@ impl Renderer {
                     log::info!("no graphics card was found; the processor renders");
                     None
                 }
+                Err(Error::Gpu(problem)) => {
+                    log::warn!(
+                        "the graphics card cannot be used, so the processor renders: {problem}"
+                    );
+                    None
+                }
                 Err(other) => return Err(other),
             },
         };
-        let session = match gpu {
-            Some(gpu) => AnySession::Gpu(Box::new(Session::new(gpu, surfels)?)),
-            None => AnySession::Cpu(Box::new(Session::new(Cpu::default(), surfels)?)),
+        Ok(Self {
+            backend: gpu.map_or_else(
+                || AnyBackend::Cpu(Cpu::default()),
+                |gpu| AnyBackend::Gpu(Box::new(gpu)),
+            ),
+        })
+    }
+
+    /// Brings the surfels to the backend.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] and [`Error::Memory`] where it cannot hold the surfels.
+    pub fn upload(self, surfels: &Arc<Surfels>) -> Result<Renderer> {
+        let session = match self.backend {
+            AnyBackend::Cpu(cpu) => AnySession::Cpu(Box::new(Session::new(cpu, surfels)?)),
+            AnyBackend::Gpu(gpu) => AnySession::Gpu(Box::new(Session::new(*gpu, surfels)?)),
         };
-        Ok(Self { session })
+        Ok(Renderer { session })
+    }
+}
+
+impl Renderer {
+    /// Opens the backend of the choice and brings the surfels there. Whoever loads them for long opens a [`Machine`]
+    /// first.
+    ///
+    /// # Errors
+    /// As [`Machine::open`] and [`Machine::upload`].
+    pub fn new(choice: &BackendChoice, surfels: &Arc<Surfels>) -> Result<Self> {
+        Machine::open(choice)?.upload(surfels)
     }
 
     /// "cpu" or "gpu".
@@ -165,16 +203,15 @@ impl<B: Backend> Session<B> {
             radiance,
         } = frame(&mut self.backend, &self.points, view, plan, settings, job)?;
         let mut timings = self.backend.take_timings();
-        let size = view.pinhole.size;
         let mut products = Products {
             gbuffer: GBuffer {
                 pinhole: gbuffer.pinhole,
-                surface: self.fetch(size, &gbuffer.surface)?,
-                albedo: self.fetch(size, &gbuffer.albedo)?,
-                material: self.fetch(size, &gbuffer.material)?,
+                surface: self.backend.take(gbuffer.surface)?,
+                albedo: self.backend.take(gbuffer.albedo)?,
+                material: self.backend.take(gbuffer.material)?,
             },
             coverage,
-            radiance: self.fetch(size, &radiance)?,
+            radiance: self.backend.take(radiance)?,
             mirror: None,
             bounces: Vec::new(),
             passes: Vec::new(),
@@ -182,8 +219,8 @@ impl<B: Backend> Session<B> {
         };
         if plan.runs(Stage::Reflect, coverage.mirror > 0) {
             let lights = lights
-                .iter()
-                .map(|l| self.fetch_light(l))
+                .into_iter()
+                .map(|lit_by| self.take_light(lit_by))
                 .collect::<Result<Vec<_>>>()?;
             self.reflect(&mut products, &lights, view, settings, &mut timings, job)?;
         }
@@ -213,7 +250,7 @@ impl<B: Backend> Session<B> {
         timings.time("shade_mirror", || {
             let shown = match lights {
                 [] => None,
-                lights => Some(shade_mirror(&mirror, lights, &settings.gi)),
+                lights => Some(shade_mirror(&mirror, lights, &settings.gi, job)?),
             };
             blend(
                 &mut products.radiance,
@@ -221,26 +258,21 @@ impl<B: Backend> Session<B> {
                 &mirror,
                 shown.as_ref(),
             );
-        });
+            Ok::<_, Error>(())
+        })?;
         products.mirror = Some(mirror);
         products.bounces.push(report);
         Ok(())
     }
 
     /// A light with its map, in main memory.
-    fn fetch_light(&mut self, lit_by: &LitBy<B>) -> Result<LitBy<Cpu>> {
-        let pinhole = lit_by.map.pinhole;
-        let keys = self.fetch(pinhole.size, &lit_by.map.keys)?;
+    fn take_light(&mut self, lit_by: LitBy<B>) -> Result<LitBy<Cpu>> {
         Ok(LitBy {
             light: lit_by.light,
-            map: LightMap { pinhole, keys },
+            map: LightMap {
+                pinhole: lit_by.map.pinhole,
+                keys: self.backend.take(lit_by.map.keys)?,
+            },
         })
-    }
-
-    /// A grid in main memory.
-    fn fetch<T: Pod>(&mut self, size: UVec2, grid: &B::Grid<T>) -> Result<Grid<T>> {
-        let values = self.backend.read(grid)?.into_owned();
-        Grid::from_vec(size, values)
-            .ok_or_else(|| Error::Gpu("it returned a picture of another size".into()))
     }
 }

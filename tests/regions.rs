@@ -8,6 +8,7 @@ use catoptric::camera::Camera;
 use catoptric::cloud::generate::SceneName;
 use catoptric::gbuffer::SplatSettings;
 use catoptric::grid::Grid;
+use catoptric::job::Job;
 use catoptric::reflect::sscr::LhcMap;
 use catoptric::reflect::sscr::curvature::{Axes, LhcSettings, curvature};
 use catoptric::reflect::sscr::lhc::Labeller;
@@ -183,15 +184,16 @@ impl Figures {
             far: 10.0,
             size: UVec2::new(800, 600),
         };
-        let (pinhole, settings) = (
+        let (pinhole, settings, job) = (
             camera.pinhole(DVec3::ZERO).unwrap(),
             SplatSettings::default(),
+            Job::default(),
         );
         let mut cpu = Cpu::default();
         let points = cpu.upload(&cloud(scene, 1_600_000)).unwrap();
-        let mut gbuffer = cpu.splat(&points, &pinhole, &settings).unwrap();
-        cpu.fill(&mut gbuffer, &settings).unwrap();
-        cpu.smooth(&mut gbuffer, &settings).unwrap();
+        let mut gbuffer = cpu.splat(&points, &pinhole, &settings, &job).unwrap();
+        cpu.fill(&mut gbuffer, &settings, &job).unwrap();
+        cpu.smooth(&mut gbuffer, &settings, &job).unwrap();
         let surface = Surface::of(&gbuffer);
         Self::of(&label(&surface, Axes::from(&pinhole)), surface.pixels())
     }

@@ -11,10 +11,11 @@ use crate::camera::Pinhole;
 use crate::cloud::Surfels;
 use crate::error::{Error, Result};
 use crate::gbuffer::splat::Splatter;
-use crate::gbuffer::{Coverage, GBuffer, SplatSettings, edl, fill, smooth};
+use crate::gbuffer::{Coverage, GBuffer, SplatSettings, coverage, edl, fill, smooth};
 use crate::gi::{GiSettings, shade};
 use crate::grid::Grid;
 use crate::image::ImageSettings;
+use crate::job::Job;
 use crate::timing::Timings;
 
 /// Runs the stages on the processor.
@@ -49,10 +50,10 @@ impl Backend for Cpu {
         points: &Arc<Surfels>,
         pinhole: &Pinhole,
         settings: &SplatSettings,
+        job: &Job,
     ) -> Result<GBuffer<Self>> {
-        Ok(self
-            .splatter
-            .splat(points, pinhole, settings, &mut self.timings))
+        self.splatter
+            .splat(points, pinhole, settings, &mut self.timings, job)
     }
 
     fn light_map(
@@ -60,24 +61,42 @@ impl Backend for Cpu {
         points: &Arc<Surfels>,
         pinhole: &Pinhole,
         settings: &SplatSettings,
+        job: &Job,
     ) -> Result<LightMap<Self>> {
         let keys = self.timings.time("light_depth", || {
-            self.splatter.depth_keys(points, pinhole, settings)
-        });
+            self.splatter.depth_keys(points, pinhole, settings, job)
+        })?;
         Ok(LightMap {
             pinhole: *pinhole,
             keys,
         })
     }
 
-    fn fill(&mut self, gbuffer: &mut GBuffer<Self>, settings: &SplatSettings) -> Result<Coverage> {
-        Ok(self.timings.time("fill", || fill::fill(gbuffer, settings)))
+    fn fill(
+        &mut self,
+        gbuffer: &mut GBuffer<Self>,
+        settings: &SplatSettings,
+        job: &Job,
+    ) -> Result<()> {
+        self.timings
+            .time("fill", || fill::fill(gbuffer, settings, job))
     }
 
-    fn smooth(&mut self, gbuffer: &mut GBuffer<Self>, settings: &SplatSettings) -> Result<()> {
+    fn coverage(&mut self, gbuffer: &GBuffer<Self>, job: &Job) -> Result<Coverage> {
+        job.check()?;
+        Ok(self
+            .timings
+            .time("coverage", || coverage::coverage(gbuffer)))
+    }
+
+    fn smooth(
+        &mut self,
+        gbuffer: &mut GBuffer<Self>,
+        settings: &SplatSettings,
+        job: &Job,
+    ) -> Result<()> {
         self.timings
-            .time("smooth", || smooth::smooth(gbuffer, settings));
-        Ok(())
+            .time("smooth", || smooth::smooth(gbuffer, settings, job))
     }
 
     fn shade(
@@ -85,14 +104,24 @@ impl Backend for Cpu {
         gbuffer: &GBuffer<Self>,
         lights: &[LitBy<Self>],
         settings: &GiSettings,
+        job: &Job,
     ) -> Result<Grid<Vec4>> {
-        Ok(self
-            .timings
-            .time("shade", || shade::shade(gbuffer, lights, settings)))
+        self.timings
+            .time("shade", || shade::shade(gbuffer, lights, settings, job))
     }
 
-    fn edl(&mut self, gbuffer: &GBuffer<Self>, settings: &ImageSettings) -> Result<Grid<Vec4>> {
-        Ok(self.timings.time("edl", || edl::edl(gbuffer, settings)))
+    fn edl(
+        &mut self,
+        gbuffer: &GBuffer<Self>,
+        settings: &ImageSettings,
+        job: &Job,
+    ) -> Result<Grid<Vec4>> {
+        self.timings
+            .time("edl", || edl::edl(gbuffer, settings, job))
+    }
+
+    fn take<T: Pod>(&mut self, grid: Grid<T>) -> Result<Grid<T>> {
+        Ok(grid)
     }
 
     fn read<'a, T: Pod>(&mut self, grid: &'a Grid<T>) -> Result<Cow<'a, [T]>> {

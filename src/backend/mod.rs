@@ -11,7 +11,9 @@ use crate::cloud::Surfels;
 use crate::error::Result;
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings};
 use crate::gi::{GiSettings, SpotLight};
+use crate::grid::Grid;
 use crate::image::ImageSettings;
+use crate::job::Job;
 use crate::timing::Timings;
 
 pub mod cpu;
@@ -33,7 +35,8 @@ pub struct LitBy<B: Backend + ?Sized> {
     pub map: LightMap<B>,
 }
 
-/// A machine that runs the stages: one method a stage.
+/// A machine that runs the stages: one method a stage. Each ends with [`crate::Error::Cancelled`] soon after its job was
+/// cancelled.
 pub trait Backend {
     /// A value per pixel, where this backend keeps it.
     type Grid<T: Pod>;
@@ -55,6 +58,7 @@ pub trait Backend {
         points: &Self::Points,
         pinhole: &Pinhole,
         settings: &SplatSettings,
+        job: &Job,
     ) -> Result<GBuffer<Self>>;
     /// Pass `depth` alone, for shadows.
     fn light_map(
@@ -62,25 +66,42 @@ pub trait Backend {
         points: &Self::Points,
         pinhole: &Pinhole,
         settings: &SplatSettings,
+        job: &Job,
     ) -> Result<LightMap<Self>>;
-    /// Pass `fill`: closes small holes, and counts what is covered.
-    fn fill(&mut self, gbuffer: &mut GBuffer<Self>, settings: &SplatSettings) -> Result<Coverage>;
+    /// Pass `fill`: closes small holes.
+    fn fill(
+        &mut self,
+        gbuffer: &mut GBuffer<Self>,
+        settings: &SplatSettings,
+        job: &Job,
+    ) -> Result<()>;
+    /// Pass `coverage`: counts the pixels that show something.
+    fn coverage(&mut self, gbuffer: &GBuffer<Self>, job: &Job) -> Result<Coverage>;
     /// Pass `smooth`: joint bilateral smoothing of the normals and depths of mirrors.
-    fn smooth(&mut self, gbuffer: &mut GBuffer<Self>, settings: &SplatSettings) -> Result<()>;
+    fn smooth(
+        &mut self,
+        gbuffer: &mut GBuffer<Self>,
+        settings: &SplatSettings,
+        job: &Job,
+    ) -> Result<()>;
     /// Pass `shade`: radiance (W/sr/m2) towards the eye, alpha 1 where valid.
     fn shade(
         &mut self,
         gbuffer: &GBuffer<Self>,
         lights: &[LitBy<Self>],
         settings: &GiSettings,
+        job: &Job,
     ) -> Result<Self::Grid<Vec4>>;
     /// Pass `edl`: the albedo, shaded by eye-dome lighting, for scenes without light; alpha 1 where valid.
     fn edl(
         &mut self,
         gbuffer: &GBuffer<Self>,
         settings: &ImageSettings,
+        job: &Job,
     ) -> Result<Self::Grid<Vec4>>;
 
+    /// A grid in main memory; nothing is copied that is there already.
+    fn take<T: Pod>(&mut self, grid: Self::Grid<T>) -> Result<Grid<T>>;
     /// A grid's values, row by row.
     fn read<'a, T: Pod>(&mut self, grid: &'a Self::Grid<T>) -> Result<Cow<'a, [T]>>;
     /// A grid from its values, row by row.

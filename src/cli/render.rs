@@ -10,7 +10,7 @@ use catoptric::output::{
 };
 use catoptric::plan::Plan;
 use catoptric::reflect::MirrorGBuffer;
-use catoptric::renderer::{BackendChoice, Products, Renderer};
+use catoptric::renderer::{BackendChoice, Machine, Products, Renderer};
 use catoptric::scene::{LoadedScene, Scene};
 use glam::UVec2;
 
@@ -63,7 +63,7 @@ pub(super) fn render(args: &RenderArgs) -> anyhow::Result<()> {
     drop(progress);
     if choice == BackendChoice::Auto && rendered.renderer.backend() == "cpu" {
         terminal::say(
-            "no hardware graphics adapter was found, so the CPU rendered (--backend cpu asks for it)",
+            "no graphics card could be used, so the CPU rendered (--backend cpu asks for it)",
         );
     }
     write(args, picture, &rendered, &job)?;
@@ -103,10 +103,12 @@ fn unnamed_picture(args: &RenderArgs) -> Option<PathBuf> {
 }
 
 fn frame(scene: Scene, choice: &BackendChoice, job: &Job) -> catoptric::Result<Rendered> {
+    // A missing adapter is noticed before the clouds are read.
+    let machine = Machine::open(choice)?;
     let start = Instant::now();
     let loaded = scene.load(job)?;
     let plan = loaded.plan(&scene.settings);
-    let mut renderer = Renderer::new(choice, &loaded.surfels)?;
+    let mut renderer = machine.upload(&loaded.surfels)?;
     let products = renderer.render(&loaded.view()?, &plan, &scene.settings, job)?;
     let wall_ms = start.elapsed().as_secs_f64() * 1e3;
     Ok(Rendered {

@@ -10,8 +10,10 @@ use rayon::prelude::*;
 use super::fill::plane_depth;
 use super::{GBuffer, column_row};
 use crate::backend::cpu::Cpu;
+use crate::error::Result;
 use crate::grid::Grid;
 use crate::image::ImageSettings;
+use crate::job::Job;
 
 /// Darkening per unit of mean logarithmic depth difference at strength 1.
 pub const EDL_GAIN: f32 = 100.0;
@@ -29,7 +31,10 @@ const DIRECTIONS: [(f32, f32); 8] = [
 ];
 
 /// The albedo, darkened where neighbours stand out in front; alpha 1 where valid.
-pub fn edl(gbuffer: &GBuffer<Cpu>, settings: &ImageSettings) -> Grid<Vec4> {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn edl(gbuffer: &GBuffer<Cpu>, settings: &ImageSettings, job: &Job) -> Result<Grid<Vec4>> {
     let mut picture = Grid::new(gbuffer.size(), Vec4::ZERO);
     let width = gbuffer.surface.width();
     picture
@@ -38,7 +43,9 @@ pub fn edl(gbuffer: &GBuffer<Cpu>, settings: &ImageSettings) -> Grid<Vec4> {
         .enumerate()
         .for_each(|(i, out)| {
             let (x, y) = column_row(i, width);
-            let Some(here) = gbuffer.at(x, y) else { return };
+            let Some(here) = gbuffer.at(x, y).filter(|_| !job.is_cancelled()) else {
+                return;
+            };
             let (normal, direction) = (here.surface.truncate(), gbuffer.direction(x, y));
             let mut response = 0.0;
             for (dx, dy) in DIRECTIONS {
@@ -59,7 +66,8 @@ pub fn edl(gbuffer: &GBuffer<Cpu>, settings: &ImageSettings) -> Grid<Vec4> {
             let shade = (-EDL_GAIN * settings.edl_strength * response / 8.0).exp();
             *out = (here.albedo.truncate() * shade).extend(1.0);
         });
-    picture
+    job.check()?;
+    Ok(picture)
 }
 
 /// Half away from zero, as the shader does it.

@@ -8,8 +8,10 @@ use rayon::prelude::*;
 
 use super::average::Pixel;
 use super::leak::leak;
-use super::{Coverage, GBuffer, SplatSettings, column_row};
+use super::{GBuffer, SplatSettings, column_row};
 use crate::backend::cpu::Cpu;
+use crate::error::Result;
+use crate::job::Job;
 
 /// Neighbours that must show something, of eight (at the picture's border in proportion): a hole is enclosed, so that
 /// silhouettes do not grow.
@@ -142,36 +144,23 @@ fn fill_pixel(gbuffer: &GBuffer<Cpu>, ring: u32, x: i32, y: i32) -> Option<Pixel
     })
 }
 
-/// Empties leaks, fills holes ring by ring, and counts what is covered.
-pub fn fill(gbuffer: &mut GBuffer<Cpu>, settings: &SplatSettings) -> Coverage {
+/// Empties leaks, and fills holes ring by ring.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn fill(gbuffer: &mut GBuffer<Cpu>, settings: &SplatSettings, job: &Job) -> Result<()> {
     let width = gbuffer.material.width();
-    let valid =
-        |g: &GBuffer<Cpu>| g.material.values().par_iter().filter(|m| m.w > 0.0).count() as u64;
-    let pixels = gbuffer.material.values().len() as u64;
-    let splatted = valid(gbuffer);
-    if settings.fill > 0 {
-        leak(gbuffer);
-        for ring in 1..=settings.fill {
-            let filled: Vec<(usize, Pixel)> = (gbuffer.material.values().par_iter().enumerate())
-                .filter(|(_, m)| m.w == 0.0)
-                .filter_map(|(i, _)| {
-                    let (x, y) = column_row(i, width);
-                    fill_pixel(gbuffer, ring, x, y).map(|p| (i, p))
-                })
-                .collect();
-            gbuffer.put(filled);
-        }
+    leak(gbuffer, job);
+    for ring in 1..=settings.fill {
+        job.check()?;
+        let filled: Vec<(usize, Pixel)> = (gbuffer.material.values().par_iter().enumerate())
+            .filter(|(_, m)| m.w == 0.0 && !job.is_cancelled())
+            .filter_map(|(i, _)| {
+                let (x, y) = column_row(i, width);
+                fill_pixel(gbuffer, ring, x, y).map(|p| (i, p))
+            })
+            .collect();
+        gbuffer.put(filled);
     }
-    let mirror = gbuffer
-        .albedo
-        .values()
-        .par_iter()
-        .filter(|a| a.w > 0.0)
-        .count() as u64;
-    Coverage {
-        pixels,
-        splatted,
-        filled: valid(gbuffer),
-        mirror,
-    }
+    job.check()
 }

@@ -7,6 +7,7 @@ use super::average::Pixel;
 use super::fill::{AGREE_SPACINGS, neighbours, vote};
 use super::{GBuffer, column_row};
 use crate::backend::cpu::Cpu;
+use crate::job::Job;
 
 /// Of a pixel's eight neighbours, so many must agree on a nearer surface: a gap between two things is wider.
 pub const LEAK_NEIGHBOURS: usize = 7;
@@ -31,11 +32,14 @@ fn leaks(gbuffer: &GBuffer<Cpu>, x: i32, y: i32) -> bool {
 }
 
 /// Empties every pixel that leaks.
-pub fn leak(gbuffer: &mut GBuffer<Cpu>) {
+pub(super) fn leak(gbuffer: &mut GBuffer<Cpu>, job: &Job) {
     let width = gbuffer.material.width();
     let leaking: Vec<(usize, Pixel)> = (0..gbuffer.material.values().len())
         .into_par_iter()
         .filter(|&i| {
+            if job.is_cancelled() {
+                return false;
+            }
             let (x, y) = column_row(i, width);
             leaks(gbuffer, x, y)
         })

@@ -1,6 +1,7 @@
 //! Points become a G-buffer: splatting in three passes over a projection, hole filling and smoothing.
 
 pub mod average;
+pub mod coverage;
 pub mod depth;
 pub mod disc;
 pub mod edl;
@@ -155,7 +156,7 @@ pub fn same_class(a: u32, b: u32) -> bool {
 pub struct Coverage {
     /// Pixels in all.
     pub pixels: u64,
-    /// Pixels that a splat covers.
+    /// Pixels that show their own splats: filled leaks do not.
     pub splatted: u64,
     /// Pixels that show something after filling.
     pub filled: u64,

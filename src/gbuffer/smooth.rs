@@ -11,7 +11,9 @@ use super::average::Pixel;
 use super::fill::plane_depth;
 use super::{GBuffer, SplatSettings, column_row};
 use crate::backend::cpu::Cpu;
+use crate::error::Result;
 use crate::grid::Grid;
+use crate::job::Job;
 
 /// The window reaches this many standard deviations.
 pub const REACH: f32 = 2.5;
@@ -78,15 +80,20 @@ pub fn window(sigma: f32) -> Grid<f32> {
 }
 
 /// Smooths the surface of every mirror pixel.
-pub fn smooth(gbuffer: &mut GBuffer<Cpu>, settings: &SplatSettings) {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn smooth(gbuffer: &mut GBuffer<Cpu>, settings: &SplatSettings, job: &Job) -> Result<()> {
     let window = window(settings.smooth);
     let width = gbuffer.albedo.width();
     let smoothed: Vec<(usize, Pixel)> = (gbuffer.albedo.values().par_iter().enumerate())
-        .filter(|(_, a)| a.w > 0.0)
+        .filter(|(_, a)| a.w > 0.0 && !job.is_cancelled())
         .filter_map(|(i, _)| {
             let (x, y) = column_row(i, width);
             smooth_pixel(gbuffer, &window, x, y).map(|p| (i, p))
         })
         .collect();
+    job.check()?;
     gbuffer.put(smoothed);
+    Ok(())
 }

@@ -16,7 +16,9 @@ use super::{EMPTY, GBuffer, SplatSettings};
 use crate::backend::cpu::Cpu;
 use crate::camera::Pinhole;
 use crate::cloud::{Finish, Place, Surfels};
+use crate::error::Result;
 use crate::grid::Grid;
+use crate::job::Job;
 use crate::timing::Timings;
 
 /// Splats on the CPU. Keeps its working memory between frames.
@@ -57,6 +59,7 @@ struct View<'a> {
     surfels: &'a Surfels,
     pinhole: &'a Pinhole,
     settings: &'a SplatSettings,
+    job: &'a Job,
 }
 
 /// A thread's working memory.
@@ -69,18 +72,23 @@ struct Work {
 
 impl Splatter {
     /// All three passes: the surfels as seen through a pinhole.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
     pub fn splat(
         &mut self,
         surfels: &Surfels,
         pinhole: &Pinhole,
         settings: &SplatSettings,
         timings: &mut Timings,
-    ) -> GBuffer<Cpu> {
+        job: &Job,
+    ) -> Result<GBuffer<Cpu>> {
         let mut gbuffer = GBuffer::empty(*pinhole);
         let view = View {
             surfels,
             pinhole,
             settings,
+            job,
         };
         timings.time("sort", || self.sort(view));
         let (spent, start) = (Spent::default(), Instant::now());
@@ -110,20 +118,26 @@ impl Splatter {
             },
         );
         share(timings, start.elapsed(), &spent);
-        gbuffer
+        job.check()?;
+        Ok(gbuffer)
     }
 
     /// Pass `depth` alone: the key of every pixel.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
     pub fn depth_keys(
         &mut self,
         surfels: &Surfels,
         pinhole: &Pinhole,
         settings: &SplatSettings,
-    ) -> Grid<u32> {
+        job: &Job,
+    ) -> Result<Grid<u32>> {
         let view = View {
             surfels,
             pinhole,
             settings,
+            job,
         };
         let mut keys = Grid::new(pinhole.size, EMPTY);
         self.sort(view);
@@ -138,7 +152,8 @@ impl Splatter {
                 }
             },
         );
-        keys
+        job.check()?;
+        Ok(keys)
     }
 
     /// Passes `depth` and `visibility`, without averaging: for comparing backends.
@@ -152,6 +167,7 @@ impl Splatter {
             surfels,
             pinhole,
             settings,
+            job: &Job::default(),
         };
         let mut all = Accumulated {
             keys: Grid::new(pinhole.size, EMPTY),
@@ -188,9 +204,13 @@ impl Splatter {
             surfels,
             pinhole,
             settings,
+            job,
         } = view;
         self.tiles.sort(pinhole.size, surfels.len(), |i| {
-            loose_bounds(&surfels.places[i], pinhole, settings)
+            let wanted = !job.is_cancelled();
+            wanted
+                .then(|| loose_bounds(&surfels.places[i], pinhole, settings))
+                .flatten()
         });
     }
 
@@ -199,7 +219,8 @@ impl Splatter {
         (size.x as usize * self.tiles.side as usize, size.x as usize)
     }
 
-    /// Runs `passes(tile, its discs, its strip of the outputs)` for every tile, on all cores.
+    /// Runs `passes(tile, its discs, its strip of the outputs)` for every tile, on all cores; once the job is cancelled, for
+    /// no further one.
     fn for_each_tile<O: Send>(
         &self,
         view: View<'_>,
@@ -210,12 +231,16 @@ impl Splatter {
             surfels,
             pinhole,
             settings,
+            job,
         } = view;
         let (tiles, side) = (&self.tiles, self.tiles.side);
         strips
             .enumerate()
             .for_each_init(Work::default, |work, (row, mut outputs)| {
                 for column in 0..tiles.count.x {
+                    if job.is_cancelled() {
+                        return;
+                    }
                     let (x0, y0) = (column * side, row as u32 * side);
                     let (x1, y1) = (
                         (x0 + side).min(pinhole.size.x),

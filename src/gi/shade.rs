@@ -12,9 +12,11 @@ use rayon::prelude::*;
 use super::GiSettings;
 use crate::backend::cpu::Cpu;
 use crate::backend::{LightMap, LitBy};
+use crate::error::Result;
 use crate::gbuffer::average::Pixel;
 use crate::gbuffer::{GBuffer, column_row, depth_from_key};
 use crate::grid::Grid;
+use crate::job::Job;
 use crate::reflect::MirrorGBuffer;
 
 /// Receivers that the light meets at a flatter angle keep their own depth in all texels (0.9 degrees).
@@ -118,7 +120,15 @@ fn direct(receiver: &Receiver, lights: &[LitBy<Cpu>], settings: &GiSettings) -> 
 
 /// Radiance of every pixel towards the eye, W/sr/m2; alpha 1 where valid. A mirror's own part is weighted by what its
 /// reflectance leaves.
-pub fn shade(gbuffer: &GBuffer<Cpu>, lights: &[LitBy<Cpu>], settings: &GiSettings) -> Grid<Vec4> {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn shade(
+    gbuffer: &GBuffer<Cpu>,
+    lights: &[LitBy<Cpu>],
+    settings: &GiSettings,
+    job: &Job,
+) -> Result<Grid<Vec4>> {
     let mut radiance = Grid::new(gbuffer.size(), Vec4::ZERO);
     let width = gbuffer.surface.width();
     radiance
@@ -127,7 +137,9 @@ pub fn shade(gbuffer: &GBuffer<Cpu>, lights: &[LitBy<Cpu>], settings: &GiSetting
         .enumerate()
         .for_each(|(i, out)| {
             let (x, y) = column_row(i, width);
-            let Some(seen) = gbuffer.at(x, y) else { return };
+            let Some(seen) = gbuffer.at(x, y).filter(|_| !job.is_cancelled()) else {
+                return;
+            };
             let direction = gbuffer.direction(x, y);
             let receiver = Receiver {
                 position: gbuffer.pinhole.eye + direction * seen.surface.w,
@@ -137,16 +149,21 @@ pub fn shade(gbuffer: &GBuffer<Cpu>, lights: &[LitBy<Cpu>], settings: &GiSetting
             };
             *out = (direct(&receiver, lights, settings) * (1.0 - seen.albedo.w)).extend(1.0);
         });
-    radiance
+    job.check()?;
+    Ok(radiance)
 }
 
 /// Radiance that every mirror pixel shows, W/sr/m2: what it sees is lit like everything else, with the mirror's point as
 /// the eye [Preiner 2010, section 4.7]. A mirror seen in a mirror is black but for what its reflectance leaves.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
 pub fn shade_mirror(
     mirror: &MirrorGBuffer<Cpu>,
     lights: &[LitBy<Cpu>],
     settings: &GiSettings,
-) -> Grid<Vec4> {
+    job: &Job,
+) -> Result<Grid<Vec4>> {
     let mut radiance = Grid::new(mirror.size(), Vec4::ZERO);
     let rays = mirror
         .origin
@@ -159,7 +176,9 @@ pub fn shade_mirror(
         .zip(rays)
         .enumerate()
         .for_each(|(i, (out, (origin, direction)))| {
-            let Some(seen) = mirror.at(i) else { return };
+            let Some(seen) = mirror.at(i).filter(|_| !job.is_cancelled()) else {
+                return;
+            };
             let receiver = Receiver {
                 position: origin.truncate() + direction.truncate() * seen.surface.w,
                 normal: seen.surface.truncate(),
@@ -168,5 +187,6 @@ pub fn shade_mirror(
             };
             *out = (direct(&receiver, lights, settings) * (1.0 - seen.albedo.w)).extend(1.0);
         });
-    radiance
+    job.check()?;
+    Ok(radiance)
 }

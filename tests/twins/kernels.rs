@@ -7,6 +7,7 @@ use catoptric::gbuffer::SplatSettings;
 use catoptric::gbuffer::splat::{Accumulated, Splatter};
 use catoptric::gi::GiSettings;
 use catoptric::image::ImageSettings;
+use catoptric::job::Job;
 use glam::UVec2;
 
 use super::support::{
@@ -82,7 +83,12 @@ pub(super) fn averages_agree() {
     let gpu = &mut gpu();
     let points = gpu.upload(&cloud(3000, true)).expect("points");
     let got = gpu
-        .splat(&points, &pinhole(SIZE), &SplatSettings::default())
+        .splat(
+            &points,
+            &pinhole(SIZE),
+            &SplatSettings::default(),
+            &Job::default(),
+        )
         .expect("a G-buffer");
     // Shininess passes through an exponential, of which the device promises no more.
     assert_gbuffers_agree(gpu, &got, &seen_by_cpu(true), 2e-5);
@@ -98,8 +104,12 @@ pub(super) fn light_maps_are_equal_to_the_last_bit() {
         cpu.upload(&surfels).expect("points"),
         gpu.upload(&surfels).expect("points"),
     );
-    let expected = cpu.light_map(&here, &eye, &settings).expect("a map");
-    let map = gpu.light_map(&there, &eye, &settings).expect("a map");
+    let expected = cpu
+        .light_map(&here, &eye, &settings, &Job::default())
+        .expect("a map");
+    let map = gpu
+        .light_map(&there, &eye, &settings, &Job::default())
+        .expect("a map");
     let got = gpu.read(&map.keys).expect("keys").into_owned();
     let wrong = got
         .iter()
@@ -130,7 +140,12 @@ pub(super) fn filling_agrees_and_counts_the_same_pixels() {
     let mut cpu = Cpu::default();
     let points = cpu.upload(&cloud(3000, true)).expect("points");
     let mut expected = cpu
-        .splat(&points, &pinhole(UVec2::new(74, 42)), &settings)
+        .splat(
+            &points,
+            &pinhole(UVec2::new(74, 42)),
+            &settings,
+            &Job::default(),
+        )
         .expect("a G-buffer");
     // What lies far behind its neighbours is a leak; of two side by side none is.
     let size = expected.size();
@@ -140,7 +155,9 @@ pub(super) fn filling_agrees_and_counts_the_same_pixels() {
     }
     let mut got = bring_gbuffer(gpu, &expected);
     let before = expected.material.clone();
-    let counted = cpu.fill(&mut expected, &settings).expect("filled");
+    let job = Job::default();
+    cpu.fill(&mut expected, &settings, &job).expect("filled");
+    let counted = cpu.coverage(&expected, &job).expect("counted");
     assert!(
         counted.filled > counted.splatted,
         "there are holes to fill: {counted:?}"
@@ -149,8 +166,9 @@ pub(super) fn filling_agrees_and_counts_the_same_pixels() {
         .filter(|(before, after)| before.w == 1.0 && after.w != 1.0)
         .count();
     assert!(leaks > 0, "there are leaks to close");
+    gpu.fill(&mut got, &settings, &job).expect("filled");
     assert_eq!(
-        gpu.fill(&mut got, &settings).expect("filled"),
+        gpu.coverage(&got, &job).expect("counted"),
         counted,
         "coverage"
     );
@@ -167,13 +185,14 @@ pub(super) fn smoothing_agrees() {
     let before = expected.surface.clone();
     let mut got = bring_gbuffer(gpu, &expected);
     Cpu::default()
-        .smooth(&mut expected, &settings)
+        .smooth(&mut expected, &settings, &Job::default())
         .expect("smoothed");
     assert!(
         difference(before.values(), expected.surface.values(), 1e-3).is_some(),
         "there is something to smooth"
     );
-    gpu.smooth(&mut got, &settings).expect("smoothed");
+    gpu.smooth(&mut got, &settings, &Job::default())
+        .expect("smoothed");
     assert_gbuffers_agree(gpu, &got, &expected, 1e-4);
 }
 
@@ -186,6 +205,7 @@ fn lights(gpu: &mut Gpu, side: u32) -> (LitBy<Cpu>, LitBy<Gpu>) {
             &points,
             &spot().pinhole(side, 10.0),
             &SplatSettings::default(),
+            &Job::default(),
         )
         .expect("a map");
     let keys = bring(gpu, UVec2::splat(side), map.keys.values());
@@ -209,13 +229,13 @@ pub(super) fn shading_agrees() {
     let seen = seen_by_cpu(true);
     let settings = GiSettings::default();
     let expected = Cpu::default()
-        .shade(&seen, &[here, second_here], &settings)
+        .shade(&seen, &[here, second_here], &settings, &Job::default())
         .expect("radiance");
     let lit = expected.values().iter().filter(|v| v.x > 0.1).count();
     assert!(lit > 50, "the light falls on something: {lit} pixels");
     let seen = bring_gbuffer(gpu, &seen);
     let got = gpu
-        .shade(&seen, &[there, second_there], &settings)
+        .shade(&seen, &[there, second_there], &settings, &Job::default())
         .expect("radiance");
     let got = gpu.read(&got).expect("radiance").into_owned();
     // The penumbra is linear in an angle, whose arc cosine the device gives to about 1e-4.
@@ -226,11 +246,11 @@ pub(super) fn without_a_light_everything_is_black() {
     let gpu = &mut gpu();
     let seen = seen_by_cpu(false);
     let expected = Cpu::default()
-        .shade(&seen, &[], &GiSettings::default())
+        .shade(&seen, &[], &GiSettings::default(), &Job::default())
         .expect("radiance");
     let seen = bring_gbuffer(gpu, &seen);
     let got = gpu
-        .shade(&seen, &[], &GiSettings::default())
+        .shade(&seen, &[], &GiSettings::default(), &Job::default())
         .expect("radiance");
     assert_agree(
         "radiance",
@@ -250,8 +270,12 @@ pub(super) fn eye_dome_lighting_agrees() {
             edl_strength: 0.1,
             ..ImageSettings::default()
         };
-        let expected = Cpu::default().edl(&seen, &settings).expect("a picture");
-        let got = gpu.edl(&there, &settings).expect("a picture");
+        let expected = Cpu::default()
+            .edl(&seen, &settings, &Job::default())
+            .expect("a picture");
+        let got = gpu
+            .edl(&there, &settings, &Job::default())
+            .expect("a picture");
         assert_agree(
             "picture",
             &gpu.read(&got).expect("a picture"),

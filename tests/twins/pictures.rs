@@ -9,6 +9,7 @@ use catoptric::backend::{Backend, LitBy};
 use catoptric::cloud::Surfels;
 use catoptric::gbuffer::SplatSettings;
 use catoptric::gi::GiSettings;
+use catoptric::job::Job;
 use catoptric::timing::Timings;
 use glam::{UVec2, Vec4};
 
@@ -17,19 +18,20 @@ use super::support::{SIZE, bring, cloud, gpu, options, pinhole, spot};
 /// Splatted, filled, lit: radiance.
 fn picture<B: Backend>(backend: &mut B, surfels: &Arc<Surfels>, size: UVec2) -> Vec<Vec4> {
     let points = backend.upload(surfels).expect("points");
-    let settings = SplatSettings::default();
+    let (settings, job) = (SplatSettings::default(), Job::default());
     let mut seen = backend
-        .splat(&points, &pinhole(size), &settings)
+        .splat(&points, &pinhole(size), &settings, &job)
         .expect("a G-buffer");
-    backend.fill(&mut seen, &settings).expect("filled");
+    backend.fill(&mut seen, &settings, &job).expect("filled");
     let map = backend
-        .light_map(&points, &spot().pinhole(170, 10.0), &settings)
+        .light_map(&points, &spot().pinhole(170, 10.0), &settings, &job)
         .expect("a map");
     let lit = backend
         .shade(
             &seen,
             &[LitBy { light: spot(), map }],
             &GiSettings::default(),
+            &job,
         )
         .expect("radiance");
     backend.read(&lit).expect("radiance").into_owned()
@@ -154,7 +156,12 @@ pub(super) fn a_lost_device_is_a_sentence() {
     lost.device().raw().destroy();
     for _ in 0..2 {
         let error = lost
-            .splat(&points, &pinhole(SIZE), &SplatSettings::default())
+            .splat(
+                &points,
+                &pinhole(SIZE),
+                &SplatSettings::default(),
+                &Job::default(),
+            )
             .err()
             .expect("the device is lost");
         assert!(matches!(error, Error::Gpu(_)), "{error}");

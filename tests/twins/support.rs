@@ -10,6 +10,7 @@ use catoptric::camera::{Camera, Pinhole};
 use catoptric::cloud::{Finish, Place, Surfel, Surfels};
 use catoptric::gbuffer::{GBuffer, SplatSettings};
 use catoptric::gi::SpotLight;
+use catoptric::job::Job;
 use glam::{DVec3, UVec2, Vec3, Vec4};
 
 /// No multiple of a workgroup's side.
@@ -193,6 +194,11 @@ pub(super) fn assert_gbuffers_agree(
 pub(super) fn seen_by_cpu(mirrors: bool) -> GBuffer<Cpu> {
     let mut cpu = Cpu::default();
     let points = cpu.upload(&cloud(3000, mirrors)).expect("points");
-    cpu.splat(&points, &pinhole(SIZE), &SplatSettings::default())
-        .expect("a G-buffer")
+    cpu.splat(
+        &points,
+        &pinhole(SIZE),
+        &SplatSettings::default(),
+        &Job::default(),
+    )
+    .expect("a G-buffer")
 }

@@ -189,9 +189,17 @@ impl Device {
     /// # Errors
     /// [`Error::Gpu`] where anything went wrong since the last call.
     pub fn wait(&self) -> Result<()> {
+        self.wait_for(None)
+    }
+
+    /// Waits until the device has done everything up to `submission`, or everything.
+    pub(super) fn wait_for(&self, submission: Option<wgpu::SubmissionIndex>) -> Result<()> {
         // The driver interface panics where a device is lost while it waits; that is an error like any other here.
         let waited = catch_unwind(AssertUnwindSafe(|| {
-            self.raw.poll(wgpu::PollType::wait_indefinitely())
+            self.raw.poll(wgpu::PollType::Wait {
+                submission_index: submission,
+                timeout: None,
+            })
         }));
         self.check()?;
         match waited {

@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::gbuffer::GBuffer;
 use crate::gbuffer::edl::EDL_GAIN;
 use crate::image::ImageSettings;
+use crate::job::Job;
 
 gpu_struct! {
     /// What one dispatch of `edl` works on.
@@ -39,6 +40,7 @@ impl Gpu {
         &mut self,
         gbuffer: &GBuffer<Self>,
         settings: &ImageSettings,
+        job: &Job,
     ) -> Result<GpuGrid<Vec4>> {
         let size = gbuffer.pinhole.size;
         let kernel = self.kernels.get(&self.device, &EDL)?;
@@ -68,7 +70,7 @@ impl Gpu {
                 .write(picture.part(&window.pixels))
                 .dispatch(window.threads(size))?;
         }
-        pass.finish(&mut self.timings)?;
+        pass.finish(&mut self.timings, job)?;
         Ok(picture)
     }
 }

@@ -1,5 +1,4 @@
-//! Pass `fill` on the device: leaks, then ring by ring, then the count of what is covered. Twins:
-//! `src/gbuffer/{leak,fill}.rs`.
+//! Passes `fill` (leaks, then ring by ring) and `coverage` on the device. Twins: `src/gbuffer/{leak,fill,coverage}.rs`.
 
 use glam::UVec2;
 
@@ -12,6 +11,7 @@ use super::windows::{Need, Window, windows};
 use crate::camera::Pinhole;
 use crate::error::{Error, Result};
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings};
+use crate::job::Job;
 
 gpu_struct! {
     /// What one dispatch of `leak` or `fill` works on.
@@ -41,27 +41,25 @@ gpu_struct! {
     }
 }
 
+/// What one pixel of either pass needs.
+const NEED: Need = Need {
+    halo: 1,
+    bytes: 16,
+    steps: 64,
+};
+
 impl Gpu {
     /// Pass `fill`.
     pub(super) fn run_fill(
         &mut self,
         gbuffer: &mut GBuffer<Self>,
         settings: &SplatSettings,
-    ) -> Result<Coverage> {
+        job: &Job,
+    ) -> Result<()> {
         let pinhole = gbuffer.pinhole;
         let fill = self.kernels.get(&self.device, &FILL)?;
         let leak = self.kernels.get(&self.device, &LEAK)?;
-        let coverage = self.kernels.get(&self.device, &COVERAGE)?;
-        let counts = self.pool.take("counting pixels", 12, STORAGE)?;
-        let all = windows(
-            pinhole.size,
-            Need {
-                halo: 1,
-                bytes: 16,
-                steps: 64,
-            },
-            &self.device.limits,
-        );
+        let all = windows(pinhole.size, NEED, &self.device.limits);
         let mut pass = Pass::new("fill", &self.device, &self.pool, self.stamps.as_ref());
         let ring_params = |window: &Window, ring| RingParams {
             pinhole,
@@ -69,16 +67,12 @@ impl Gpu {
             first_pixel: window.pixels.start,
             ring,
         };
-        pass.zero(counts.first(12));
-        if settings.fill > 0 {
-            for window in &all {
-                pass.compute(&leak, &ring_params(window, 0))
-                    .read(gbuffer.surface.part(&window.pixels))
-                    .read(gbuffer.albedo.part(&window.pixels))
-                    .write(gbuffer.material.part(&window.pixels))
-                    .write(counts.first(12))
-                    .dispatch(window.threads(pinhole.size))?;
-            }
+        for window in &all {
+            pass.compute(&leak, &ring_params(window, 0))
+                .read(gbuffer.surface.part(&window.pixels))
+                .read(gbuffer.albedo.part(&window.pixels))
+                .write(gbuffer.material.part(&window.pixels))
+                .dispatch(window.threads(pinhole.size))?;
         }
         for ring in 1..=settings.fill {
             for window in &all {
@@ -89,9 +83,19 @@ impl Gpu {
                     .dispatch(window.threads(pinhole.size))?;
             }
         }
-        for window in &all {
+        pass.finish(&mut self.timings, job)
+    }
+
+    /// Pass `coverage`.
+    pub(super) fn run_coverage(&mut self, gbuffer: &GBuffer<Self>, job: &Job) -> Result<Coverage> {
+        let size = gbuffer.pinhole.size;
+        let coverage = self.kernels.get(&self.device, &COVERAGE)?;
+        let counts = self.pool.take("counting pixels", 12, STORAGE)?;
+        let mut pass = Pass::new("coverage", &self.device, &self.pool, self.stamps.as_ref());
+        pass.zero(counts.first(12));
+        for window in windows(size, NEED, &self.device.limits) {
             let params = CoverageParams {
-                width: pinhole.size.x,
+                width: size.x,
                 first_row: window.rows.start,
                 end_row: window.rows.end,
                 first_pixel: window.pixels.start,
@@ -100,14 +104,14 @@ impl Gpu {
                 .read(gbuffer.albedo.part(&window.pixels))
                 .read(gbuffer.material.part(&window.pixels))
                 .write(counts.first(12))
-                .dispatch(window.threads(pinhole.size))?;
+                .dispatch(window.threads(size))?;
         }
-        pass.finish(&mut self.timings)?;
+        pass.finish(&mut self.timings, job)?;
         let [splatted, filled, mirror] = counts.download::<u32>(3)?[..] else {
             return Err(Error::Gpu("the counts of pixels are missing".into()));
         };
         Ok(Coverage {
-            pixels: u64::from(pinhole.size.x) * u64::from(pinhole.size.y),
+            pixels: u64::from(size.x) * u64::from(size.y),
             splatted: splatted.into(),
             filled: filled.into(),
             mirror: mirror.into(),

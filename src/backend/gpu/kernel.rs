@@ -1,6 +1,6 @@
 //! Kernels, made once; and passes, which run them chunk by chunk and take the time.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -12,6 +12,7 @@ use super::device::Device;
 use super::shaders::{SHARED, Shader, link};
 use super::stamps::Stamps;
 use crate::error::{Error, Result};
+use crate::job::Job;
 use crate::timing::Timings;
 
 /// Threads per workgroup of a kernel with a thread per point.
@@ -19,6 +20,9 @@ pub(super) const POINT_GROUP: u32 = 64;
 
 /// Side of the workgroup of a kernel with a thread per pixel.
 pub(super) const PIXEL_GROUP: u32 = 8;
+
+/// Submissions that the device has at a time: enough to keep it busy, few enough to stop soon.
+const IN_FLIGHT: usize = 4;
 
 /// A compute pipeline. Its bind group layout comes from the shader.
 #[derive(Debug)]
@@ -169,7 +173,9 @@ impl<'a> Pass<'a> {
     }
 
     /// Runs what was listed, waits for it, and adds the time to `timings`.
-    pub(super) fn finish(self, timings: &mut Timings) -> Result<()> {
+    ///
+    /// Once the job is cancelled nothing more is submitted.
+    pub(super) fn finish(self, timings: &mut Timings, job: &Job) -> Result<()> {
         let start = Instant::now();
         if self.dispatches.is_empty() {
             return self.device.check();
@@ -179,7 +185,12 @@ impl<'a> Pass<'a> {
             .take(self.name, self.uniforms.len() as u64, UNIFORM)?;
         uniforms.upload(0, &self.uniforms)?;
         let last = self.dispatches.len() - 1;
+        let mut in_flight = VecDeque::with_capacity(IN_FLIGHT);
         for (i, dispatch) in self.dispatches.iter().enumerate() {
+            if in_flight.len() == IN_FLIGHT {
+                self.device.wait_for(in_flight.pop_front())?;
+            }
+            job.check()?;
             let end = if i == last {
                 self.uniforms.len() as u64
             } else {
@@ -204,7 +215,7 @@ impl<'a> Pass<'a> {
             if let (Some(stamps), true) = (self.stamps, i == last) {
                 stamps.resolve(&mut encoder);
             }
-            self.device.queue.submit([encoder.finish()]);
+            in_flight.push_back(self.device.queue.submit([encoder.finish()]));
         }
         self.device.wait()?;
         timings.add(self.name, start.elapsed());

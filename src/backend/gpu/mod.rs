@@ -15,7 +15,9 @@ use crate::cloud::Surfels;
 use crate::error::{Error, Result};
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings};
 use crate::gi::GiSettings;
+use crate::grid::Grid;
 use crate::image::ImageSettings;
+use crate::job::Job;
 use crate::timing::Timings;
 
 mod buffers;
@@ -107,8 +109,9 @@ impl Backend for Gpu {
         points: &GpuPoints,
         pinhole: &Pinhole,
         settings: &SplatSettings,
+        job: &Job,
     ) -> Result<GBuffer<Self>> {
-        self.run_splat(points, pinhole, settings)
+        self.run_splat(points, pinhole, settings, job)
     }
 
     fn light_map(
@@ -116,16 +119,31 @@ impl Backend for Gpu {
         points: &GpuPoints,
         pinhole: &Pinhole,
         settings: &SplatSettings,
+        job: &Job,
     ) -> Result<LightMap<Self>> {
-        self.run_light_map(points, pinhole, settings)
+        self.run_light_map(points, pinhole, settings, job)
     }
 
-    fn fill(&mut self, gbuffer: &mut GBuffer<Self>, settings: &SplatSettings) -> Result<Coverage> {
-        self.run_fill(gbuffer, settings)
+    fn fill(
+        &mut self,
+        gbuffer: &mut GBuffer<Self>,
+        settings: &SplatSettings,
+        job: &Job,
+    ) -> Result<()> {
+        self.run_fill(gbuffer, settings, job)
     }
 
-    fn smooth(&mut self, gbuffer: &mut GBuffer<Self>, settings: &SplatSettings) -> Result<()> {
-        self.run_smooth(gbuffer, settings)
+    fn coverage(&mut self, gbuffer: &GBuffer<Self>, job: &Job) -> Result<Coverage> {
+        self.run_coverage(gbuffer, job)
+    }
+
+    fn smooth(
+        &mut self,
+        gbuffer: &mut GBuffer<Self>,
+        settings: &SplatSettings,
+        job: &Job,
+    ) -> Result<()> {
+        self.run_smooth(gbuffer, settings, job)
     }
 
     fn shade(
@@ -133,12 +151,24 @@ impl Backend for Gpu {
         gbuffer: &GBuffer<Self>,
         lights: &[LitBy<Self>],
         settings: &GiSettings,
+        job: &Job,
     ) -> Result<GpuGrid<Vec4>> {
-        self.run_shade(gbuffer, lights, settings)
+        self.run_shade(gbuffer, lights, settings, job)
     }
 
-    fn edl(&mut self, gbuffer: &GBuffer<Self>, settings: &ImageSettings) -> Result<GpuGrid<Vec4>> {
-        self.run_edl(gbuffer, settings)
+    fn edl(
+        &mut self,
+        gbuffer: &GBuffer<Self>,
+        settings: &ImageSettings,
+        job: &Job,
+    ) -> Result<GpuGrid<Vec4>> {
+        self.run_edl(gbuffer, settings, job)
+    }
+
+    fn take<T: Pod>(&mut self, grid: GpuGrid<T>) -> Result<Grid<T>> {
+        let values = grid.download()?.into_owned();
+        Grid::from_vec(grid.size(), values)
+            .ok_or_else(|| Error::Gpu("it returned a picture of another size".into()))
     }
 
     fn read<'a, T: Pod>(&mut self, grid: &'a GpuGrid<T>) -> Result<Cow<'a, [T]>> {

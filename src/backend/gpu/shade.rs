@@ -14,6 +14,7 @@ use crate::camera::Pinhole;
 use crate::error::{Error, Result};
 use crate::gbuffer::{EMPTY, GBuffer};
 use crate::gi::GiSettings;
+use crate::job::Job;
 
 gpu_struct! {
     /// What one dispatch of `shade` works on.
@@ -77,6 +78,7 @@ impl Gpu {
         gbuffer: &GBuffer<Self>,
         lights: &[LitBy<Self>],
         settings: &GiSettings,
+        job: &Job,
     ) -> Result<GpuGrid<Vec4>> {
         let pinhole = gbuffer.pinhole;
         let kernel = self.kernels.get(&self.device, &SHADE)?;
@@ -133,7 +135,7 @@ impl Gpu {
                     .dispatch(window.threads(pinhole.size))?;
             }
         }
-        pass.finish(&mut self.timings)?;
+        pass.finish(&mut self.timings, job)?;
         Ok(radiance)
     }
 }

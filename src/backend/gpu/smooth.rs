@@ -12,6 +12,7 @@ use crate::camera::Pinhole;
 use crate::error::Result;
 use crate::gbuffer::smooth::window;
 use crate::gbuffer::{GBuffer, SplatSettings};
+use crate::job::Job;
 
 gpu_struct! {
     /// What one dispatch of `smooth` works on.
@@ -33,6 +34,7 @@ impl Gpu {
         &mut self,
         gbuffer: &mut GBuffer<Self>,
         settings: &SplatSettings,
+        job: &Job,
     ) -> Result<()> {
         let pinhole = gbuffer.pinhole;
         let kernel = self.kernels.get(&self.device, &SMOOTH)?;
@@ -63,7 +65,7 @@ impl Gpu {
                 .write(smoothed.part(&window.pixels))
                 .dispatch(window.threads(pinhole.size))?;
         }
-        pass.finish(&mut self.timings)?;
+        pass.finish(&mut self.timings, job)?;
         gbuffer.surface = smoothed;
         Ok(())
     }

@@ -17,6 +17,7 @@ use crate::gbuffer::splat::Accumulated;
 use crate::gbuffer::visibility::Sums;
 use crate::gbuffer::{GBuffer, SplatSettings};
 use crate::grid::Grid;
+use crate::job::Job;
 
 /// Surfels of one submission: none runs much longer than 100 ms, also where splats are large.
 const CHUNK: u32 = 1 << 18;
@@ -114,12 +115,13 @@ impl Gpu {
         points: &GpuPoints,
         pinhole: &Pinhole,
         settings: &SplatSettings,
+        job: &Job,
     ) -> Result<GBuffer<Self>> {
         let grid = || GpuGrid::<Vec4>::new(&self.pool, pinhole.size);
         let (surface, albedo, material) = (grid()?, grid()?, grid()?);
         for window in windows(pinhole.size, SUMS_NEED, &self.device.limits) {
             let params = window_params(pinhole, settings, &window);
-            let sums = self.accumulate_window(points, &params, &window)?;
+            let sums = self.accumulate_window(points, &params, &window, job)?;
             let kernel = self.kernels.get(&self.device, &AVERAGE)?;
             let mut pass = Pass::new("average", &self.device, &self.pool, self.stamps.as_ref());
             pass.compute(&kernel, &params)
@@ -129,7 +131,7 @@ impl Gpu {
                 .write(albedo.part(&window.pixels))
                 .write(material.part(&window.pixels))
                 .dispatch(window.threads(pinhole.size))?;
-            pass.finish(&mut self.timings)?;
+            pass.finish(&mut self.timings, job)?;
         }
         Ok(GBuffer {
             pinhole: *pinhole,
@@ -152,7 +154,7 @@ impl Gpu {
         let (mut keys, mut counts, mut sums) = (Vec::new(), Vec::new(), Vec::new());
         for window in windows(pinhole.size, SUMS_NEED, &self.device.limits) {
             let params = window_params(pinhole, settings, &window);
-            let left = self.accumulate_window(points, &params, &window)?;
+            let left = self.accumulate_window(points, &params, &window, &Job::default())?;
             // Windows overlap by what aligns their start.
             let skip = (window.rows.start * pinhole.size.x - window.pixels.start) as usize;
             keys.extend(
@@ -188,6 +190,7 @@ impl Gpu {
         points: &GpuPoints,
         params: &SplatParams,
         window: &Window,
+        job: &Job,
     ) -> Result<WindowSums> {
         let pixels = u64::from(window.pixels.end - window.pixels.start);
         let take = |bytes: u64| self.pool.take("splatting", pixels * bytes, STORAGE);
@@ -218,7 +221,7 @@ impl Gpu {
                 .write(left.counts())
                 .dispatch(threads)
         })?;
-        pass.finish(&mut self.timings)?;
+        pass.finish(&mut self.timings, job)?;
 
         let visibility = self.kernels.get(&self.device, &VISIBILITY)?;
         let mut pass = Pass::new("visibility", &self.device, &self.pool, self.stamps.as_ref());
@@ -232,7 +235,7 @@ impl Gpu {
                 .write(left.sums())
                 .dispatch(threads)
         })?;
-        pass.finish(&mut self.timings)?;
+        pass.finish(&mut self.timings, job)?;
         Ok(left)
     }
 
@@ -242,6 +245,7 @@ impl Gpu {
         points: &GpuPoints,
         pinhole: &Pinhole,
         settings: &SplatSettings,
+        job: &Job,
     ) -> Result<LightMap<Self>> {
         let keys = GpuGrid::<u32>::new(&self.pool, pinhole.size)?;
         let clear = self.kernels.get(&self.device, &CLEAR)?;
@@ -284,7 +288,7 @@ impl Gpu {
                     .dispatch(threads)
             })?;
         }
-        pass.finish(&mut self.timings)?;
+        pass.finish(&mut self.timings, job)?;
         Ok(LightMap {
             pinhole: *pinhole,
             keys,
