@@ -17,6 +17,7 @@ pub mod plan;
 pub mod renderer;
 pub mod scene;
 pub mod settings;
+pub mod text;
 pub mod timing;
 
 pub use error::{Error, Result};

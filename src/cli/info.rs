@@ -6,10 +6,11 @@ use catoptric::cloud::{CloudFacts, Facts, Repairs};
 use catoptric::plan::{Plan, Row, State};
 use catoptric::scene::{LoadedScene, Scene};
 use catoptric::settings::{Description, Settings};
+use catoptric::text::printable;
 use serde_json::json;
 
 use super::args::{InfoArgs, SceneArgs, ViewArgs};
-use super::terminal::{self, printable};
+use super::{Usage, terminal};
 
 /// Prints to stdout.
 pub(super) fn info(args: &InfoArgs) -> anyhow::Result<()> {
@@ -150,29 +151,11 @@ fn of_cloud(cloud: &CloudFacts) -> Vec<String> {
 }
 
 fn of_repairs(repairs: &Repairs) -> String {
-    let Repairs {
-        not_finite,
-        withheld,
-        normals,
-        radii,
-        values,
-    } = repairs;
-    let counted = [
-        (not_finite, "points without finite coordinates dropped"),
-        (withheld, "withheld points dropped"),
-        (normals, "normals estimated anew"),
-        (radii, "radii estimated anew"),
-        (values, "values clamped"),
-    ];
-    let some: Vec<String> = counted
-        .iter()
-        .filter(|(n, _)| **n > 0)
-        .map(|(n, what)| format!("{n} {what}"))
-        .collect();
-    if some.is_empty() {
+    let done = repairs.sentences();
+    if done.is_empty() {
         "none needed".into()
     } else {
-        some.join(", ")
+        done.join("; ")
     }
 }
 
