@@ -23,6 +23,7 @@ mod tint;
 pub use facts::{Bounds, CloudFacts, Facts};
 pub use mesh::{Faces, TriangleMesh};
 pub use neighbours::{NORMAL_NEIGHBOURS, SPACING_NEIGHBOURS};
+pub(crate) use placed::{is_sound, transform_fault};
 pub use ply_write::write_ply;
 pub use prepare::{Material, PlacedCloud, Prepared, prepare};
 pub use raw::{RawCloud, Repairs, UpAxis};

@@ -61,8 +61,8 @@ impl Repairs {
         [
             done(
                 not_finite,
-                "point without finite coordinates",
-                "points without finite coordinates",
+                "point without finite coordinates up to 1e15",
+                "points without finite coordinates up to 1e15",
                 "dropped",
             ),
             done(
