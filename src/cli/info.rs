@@ -11,17 +11,12 @@ use glam::DVec3;
 use serde_json::json;
 
 use super::args::{InfoArgs, SceneArgs, ViewArgs};
-use super::{Usage, terminal};
+use super::terminal;
 
 /// Prints to stdout.
 pub(super) fn info(args: &InfoArgs) -> anyhow::Result<()> {
     let text = match &args.scene {
         Some(scene) => of_scene(scene, args.json)?,
-        None if !args.settings => {
-            let problem =
-                "name a scene or a point cloud, or ask for --settings; see catoptric info --help";
-            return Err(Usage(problem.into()).into());
-        }
         None if args.json => serde_json::to_string_pretty(&settings_as_json())?,
         None => settings_as_text(),
     };

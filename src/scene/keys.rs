@@ -139,8 +139,9 @@ pub(super) fn nearest<'a>(
 ) -> Option<&'a str> {
     let edits = |candidate: &str| {
         let edits = strsim::damerau_levenshtein(given, candidate);
-        // Farther than a third of its length, it is another word.
-        (edits * 3 <= candidate.chars().count()).then_some(edits as f64)
+        // Farther than a third of the length, it is another word.
+        let length = given.chars().count().min(candidate.chars().count());
+        (edits * 3 <= length).then_some(edits as f64)
     };
     let distance = |candidate: &'a str| {
         // A beginning ("fov") means its whole.
