@@ -72,14 +72,6 @@ fn available_memory() -> Option<u64> {
     Some(limit.map_or(free, |(max, used)| free.min(max.saturating_sub(used))))
 }
 
-/// A name out of a file, fit for a terminal or a message: no control characters, at most 64 letters.
-pub(super) fn printable(name: &str) -> String {
-    name.chars()
-        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
-        .take(64)
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -105,11 +97,5 @@ mod tests {
             require_memory("a test", 1 << 10).is_ok(),
             "a kilobyte must be fine"
         );
-    }
-
-    #[test]
-    fn names_out_of_files_lose_their_escape_sequences() {
-        assert_eq!(printable("a\x1b[31mb"), "a\u{fffd}[31mb");
-        assert_eq!(printable(&"x".repeat(100)).len(), 64);
     }
 }

@@ -1,8 +1,8 @@
 //! Reads PLY: ascii and binary, either byte order, any scalar types; lists and other elements are passed over.
 
-mod body;
+pub(super) mod body;
 mod columns;
-mod header;
+pub(super) mod header;
 
 use std::io::{BufReader, Seek, SeekFrom};
 
@@ -21,7 +21,7 @@ const BUFFER: usize = 1 << 20; // bytes
 /// Reads the points of a PLY file. See [`super::read_cloud`].
 pub(super) fn read(mut source: Source<'_>, options: &ReadOptions, job: &Job) -> Result<RawCloud> {
     let header = Header::read(&mut source)?;
-    header.check_counts(&source)?;
+    header.check_counts(&source, header.points_index() + 1)?;
     let layout = Layout::new(&source, header.points(), options)?;
     let count = header.points().def.count;
     require_memory("the point cloud", count as u64 * layout.bytes_per_point())?;
@@ -33,13 +33,23 @@ pub(super) fn read(mut source: Source<'_>, options: &ReadOptions, job: &Job) -> 
         .map_err(|e| source.io_error(e))?;
     let mut file = BufReader::with_capacity(BUFFER, &source.file);
     let mut columns = Columns::with_capacity(&layout, count);
-    for element in header.before_points() {
+    for element in header.elements().iter().take(header.points_index()) {
         body::read(&mut file, &header, element, &source, job, |_| Ok(()))?;
     }
-    body::read(&mut file, &header, &layout.element, &source, job, |row| {
-        columns.push(row);
-        Ok(())
-    })?;
+    body::read(
+        &mut file,
+        &header,
+        &layout.element,
+        &source,
+        job,
+        |record| {
+            columns.push(&record.row);
+            Ok(())
+        },
+    )?;
+    if header.points_are_last() {
+        body::finish(&mut file, &header, header.points(), &source)?;
+    }
 
     let mut cloud = columns.into_cloud(&layout, options.colour_bits);
     cloud.up_axis = header.up_axis();
