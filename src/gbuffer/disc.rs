@@ -17,9 +17,9 @@ pub const EDGE_ON_COSINE_SQUARED: f32 = 4e-4;
 /// Largest tangent that widens the depth tolerance.
 pub const MAX_TOLERANCE_SLOPE: f32 = 8.0;
 
-/// Squared distance from the centre, over the squared half width, at which a disc's rim begins (0.9 of the half width):
-/// what is left covers a surface of random points but for three pixels in a thousand, which pass `leak` finds.
-pub const RIM: f32 = 0.81;
+/// Squared distance from the centre, over the squared half width, at which a disc's rim begins (0.95 of the half width):
+/// what is left covers a surface of random points but for two pixels in a thousand, which pass `leak` finds.
+pub const RIM: f32 = 0.9;
 
 /// Half width below which a disc could slip between pixel centres, pixels: half a pixel's diagonal.
 pub const MIN_HALF_WIDTH: f32 = 0.71;
