@@ -166,7 +166,7 @@ fn wrong_usage_ends_with_2() {
         (output.status.code(), stderr(&output).as_str()),
         (
             Some(2),
-            "catoptric: --output is given no name; write the name of a file\n"
+            "catoptric: a value is required for '--output <FILE>' but none was supplied; see catoptric --help\n"
         )
     );
     assert_eq!(names(folder.path()), ["room.toml"], "nothing is written");

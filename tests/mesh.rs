@@ -244,7 +244,7 @@ fn a_broken_file_is_a_sentence() {
         ),
         (
             replaced("element vertex 5", "element vertex 4"),
-            "names vertex 4",
+            "line 16 holds more",
         ),
         (
             replaced("property float z", "property float w"),

@@ -66,7 +66,9 @@ fn sentence(refusal: &clap::Error) -> String {
         .lines()
         .map(str::trim)
         .take_while(|line| !line.starts_with("Usage:"));
-    let parts: Vec<&str> = lines.filter(|line| !line.is_empty()).collect();
+    let parts: Vec<&str> = lines
+        .filter(|line| !line.is_empty() && !line.starts_with("For more information"))
+        .collect();
     let message = parts.join("; ").replace(":;", ":");
     format!(
         "{}; see catoptric --help",

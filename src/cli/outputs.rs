@@ -59,12 +59,6 @@ pub(super) fn check(outputs: &[Output<'_>], inputs: &[&Path]) -> anyhow::Result<
 }
 
 fn check_kind(output: &Output<'_>) -> Result<(), Usage> {
-    if output.path.as_os_str().is_empty() {
-        return Err(Usage(format!(
-            "{} is given no name; write the name of a file",
-            output.flag
-        )));
-    }
     let format = PictureFormat::of(output.path);
     let refused = |what: &str| {
         Err(Usage(format!(

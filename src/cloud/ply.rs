@@ -8,6 +8,7 @@ use std::io::{BufReader, Seek, SeekFrom};
 
 use ply_rs::ply::Encoding;
 
+use self::body::Body;
 use self::columns::{Columns, Layout};
 use self::header::Header;
 use super::guard::require_memory;
@@ -31,24 +32,18 @@ pub(super) fn read(mut source: Source<'_>, options: &ReadOptions, job: &Job) -> 
         .file
         .seek(SeekFrom::Start(header.length))
         .map_err(|e| source.io_error(e))?;
-    let mut file = BufReader::with_capacity(BUFFER, &source.file);
+    let file = BufReader::with_capacity(BUFFER, &source.file);
+    let mut body = Body::new(file, &header, &source);
     let mut columns = Columns::with_capacity(&layout, count);
     for element in header.elements().iter().take(header.points_index()) {
-        body::read(&mut file, &header, element, &source, job, |_| Ok(()))?;
+        body.read(element, job, |_| Ok(()))?;
     }
-    body::read(
-        &mut file,
-        &header,
-        &layout.element,
-        &source,
-        job,
-        |record| {
-            columns.push(&record.row);
-            Ok(())
-        },
-    )?;
+    body.read(&layout.element, job, |record| {
+        columns.push(&record.row);
+        Ok(())
+    })?;
     if header.points_are_last() {
-        body::finish(&mut file, &header, header.points(), &source)?;
+        body.finish(header.points())?;
     }
 
     let mut cloud = columns.into_cloud(&layout, options.colour_bits);

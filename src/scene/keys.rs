@@ -154,7 +154,10 @@ pub(super) fn nearest<'a>(
         }
         // Whoever leaves the group out ("exposure") means the key by its last part.
         let last = candidate.rsplit('.').next().unwrap_or(candidate);
-        edits(candidate).or_else(|| edits(last).map(|edits| edits + 0.5))
+        edits(candidate).or_else(|| {
+            let edits = strsim::damerau_levenshtein(given, last);
+            (edits <= 1 && given.len() >= 3).then_some(edits as f64 + 0.5)
+        })
     };
     candidates
         .filter_map(|candidate| Some((candidate, distance(candidate)?)))

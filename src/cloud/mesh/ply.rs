@@ -8,7 +8,7 @@ use ply_rs::ply::{PropertyType, ScalarType};
 
 use super::Faces;
 use crate::cloud::guard::{guarded, require_memory};
-use crate::cloud::ply::body::{self, LIST, Row};
+use crate::cloud::ply::body::{Body, LIST, Row};
 use crate::cloud::ply::header::{Element, Header};
 use crate::cloud::read::Source;
 use crate::error::Result;
@@ -75,7 +75,7 @@ fn parse(mut source: Source<'_>, job: &Job) -> Result<PlyMesh> {
         .file
         .seek(SeekFrom::Start(header.length))
         .map_err(|e| source.io_error(e))?;
-    let mut file = BufReader::new(&source.file);
+    let mut body = Body::new(BufReader::new(&source.file), &header, &source);
     let with_normals = slots.iter().all(Option::is_some);
     let mut mesh = PlyMesh {
         vertices: Vec::with_capacity(vertices.def.count),
@@ -90,7 +90,7 @@ fn parse(mut source: Source<'_>, job: &Job) -> Result<PlyMesh> {
                     char::from(slot as u8).to_string()
                 })
             });
-            body::read(&mut file, &header, &kept, &source, job, |record| {
+            body.read(&kept, job, |record| {
                 let &[x, y, z, nx, ny, nz, ..]: &Row = &record.row;
                 mesh.vertices.push(DVec3::new(x, y, z));
                 if let Some(normals) = &mut mesh.normals {
@@ -106,16 +106,16 @@ fn parse(mut source: Source<'_>, job: &Job) -> Result<PlyMesh> {
                     format!("-{property}")
                 }
             });
-            body::read(&mut file, &header, &kept, &source, job, |record| {
+            body.read(&kept, job, |record| {
                 mesh.faces.push(&record.list);
                 Ok(())
             })?;
         } else {
-            body::read(&mut file, &header, element, &source, job, |_| Ok(()))?;
+            body.read(element, job, |_| Ok(()))?;
         }
     }
     if let Some(last) = header.elements().iter().rfind(|e| e.def.count > 0) {
-        body::finish(&mut file, &header, last, &source)?;
+        body.finish(last)?;
     }
     Ok(mesh)
 }

@@ -25,33 +25,49 @@ pub(in crate::cloud) const LIST: &str = "list";
 /// The scalars of one record, by slot.
 pub(in crate::cloud) type Row = [f64; MAX_SLOTS];
 
-/// Reads every record of `element`. The property whose name is one letter fills the slot of that number; that called
-/// [`LIST`], the list.
-pub(in crate::cloud) fn read(
-    file: &mut impl BufRead,
-    header: &Header,
-    element: &Element,
-    source: &Source<'_>,
-    job: &Job,
-    mut take: impl FnMut(&Record) -> Result<()>,
-) -> Result<()> {
-    let parser = Parser::<Record>::new();
-    let mut lines = Lines {
-        line: Vec::new(),
-        number: header.line_count,
-    };
-    let count = if element.def.properties.is_empty() {
-        0
-    } else {
-        element.def.count
-    };
-    for index in 0..count {
-        if index % CHUNK == 0 {
-            job.progress("reading", index as u64, count as u64)?;
+/// The records of an open file, after its header.
+pub(in crate::cloud) struct Body<'a, R> {
+    file: R,
+    header: &'a Header,
+    source: &'a Source<'a>,
+    lines: Lines,
+}
+
+impl<'a, R: BufRead> Body<'a, R> {
+    /// The records that `file` holds from here.
+    pub(in crate::cloud) fn new(file: R, header: &'a Header, source: &'a Source<'a>) -> Self {
+        Self {
+            file,
+            header,
+            source,
+            lines: Lines {
+                line: Vec::new(),
+                number: header.line_count,
+            },
         }
-        let record =
-            match header.encoding {
-                Encoding::Ascii => lines.read(file, element, source, index)?,
+    }
+
+    /// Reads every record of `element`, the next one. The property whose name is one letter fills the slot of that
+    /// number; that called [`LIST`], the list.
+    pub(in crate::cloud) fn read(
+        &mut self,
+        element: &Element,
+        job: &Job,
+        mut take: impl FnMut(&Record) -> Result<()>,
+    ) -> Result<()> {
+        let parser = Parser::<Record>::new();
+        let (file, source) = (&mut self.file, self.source);
+        let count = if element.def.properties.is_empty() {
+            0
+        } else {
+            element.def.count
+        };
+        for index in 0..count {
+            if index % CHUNK == 0 {
+                job.progress("reading", index as u64, count as u64)?;
+            }
+            let record = match self.header.encoding {
+                Encoding::Ascii => self.lines.read(file, element, source, index)?,
                 Encoding::BinaryLittleEndian => parser
                     .read_little_endian_element(file, &element.def)
                     .map_err(|e| broken(source, element, index, e.kind()))?,
@@ -59,43 +75,45 @@ pub(in crate::cloud) fn read(
                     .read_big_endian_element(file, &element.def)
                     .map_err(|e| broken(source, element, index, e.kind()))?,
             };
-        take(&record)?;
-    }
-    job.progress("reading", count as u64, count as u64)
-}
-
-/// Refuses what is left of the file after `element`, its last: a header that promises too few records is wrong.
-pub(in crate::cloud) fn finish(
-    file: &mut impl BufRead,
-    header: &Header,
-    element: &Element,
-    source: &Source<'_>,
-) -> Result<()> {
-    let surplus = match header.encoding {
-        Encoding::Ascii => file
-            .bytes()
-            .find(|byte| !byte.as_ref().is_ok_and(u8::is_ascii_whitespace))
-            .transpose()
-            .map_err(|e| source.io_error(e))?
-            .is_some(),
-        // Less than a record is padding.
-        Encoding::BinaryLittleEndian | Encoding::BinaryBigEndian => {
-            let size = element.smallest_record(header.encoding);
-            let mut rest = Vec::new();
-            file.take(size)
-                .read_to_end(&mut rest)
-                .map_err(|e| source.io_error(e))?;
-            size > 0 && rest.len() as u64 == size
+            take(&record)?;
         }
-    };
-    if surplus {
-        return Err(source.error(format!(
-            "it goes on after the {} of `{}` that its header promises; correct the count, or export it again",
-            element.def.count,
-            element.name()
-        )));
+        job.progress("reading", count as u64, count as u64)
     }
-    Ok(())
+
+    /// Refuses what is left of the file after `element`, its last: a header that promises too few records is wrong.
+    pub(in crate::cloud) fn finish(self, element: &Element) -> Result<()> {
+        let Self {
+            file,
+            header,
+            source,
+            ..
+        } = self;
+        let surplus = match header.encoding {
+            Encoding::Ascii => file
+                .bytes()
+                .find(|byte| !byte.as_ref().is_ok_and(u8::is_ascii_whitespace))
+                .transpose()
+                .map_err(|e| source.io_error(e))?
+                .is_some(),
+            // Less than a record is padding.
+            Encoding::BinaryLittleEndian | Encoding::BinaryBigEndian => {
+                let size = element.smallest_record(header.encoding);
+                let mut rest = Vec::new();
+                file.take(size)
+                    .read_to_end(&mut rest)
+                    .map_err(|e| source.io_error(e))?;
+                size > 0 && rest.len() as u64 == size
+            }
+        };
+        if surplus {
+            return Err(source.error(format!(
+                "it goes on after the {} of `{}` that its header promises; correct the count, or export it again",
+                element.def.count,
+                element.name()
+            )));
+        }
+        Ok(())
+    }
 }
 
 fn broken(source: &Source<'_>, element: &Element, index: usize, kind: ErrorKind) -> crate::Error {
