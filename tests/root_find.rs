@@ -94,7 +94,7 @@ fn params(threshold: f32) -> RootFindParams {
 }
 
 /// Signature of an error function.
-type ErrorFunction = fn(&MirrorPoint, Vec3, Vec3) -> Vec2;
+type ErrorFunction = fn(&MirrorPoint, Vec3) -> Vec2;
 
 /// Searches for random points of a scene in its mirrors as one region, and compares with all roots.
 fn measured(scene: &str, params: RootFindParams, error: Option<ErrorFunction>) -> Quality {
@@ -103,12 +103,7 @@ fn measured(scene: &str, params: RootFindParams, error: Option<ErrorFunction>) -
     let hits = oracle.view(&view);
     let surface = surface(&view, &hits, 0.0);
     let lhc = one_region(&surface);
-    let finder = RootFinder {
-        surface: &surface,
-        lhc: &lhc,
-        right: Vec3::X,
-        params,
-    };
+    let finder = RootFinder::new(&surface, &lhc, Vec3::X, params).expect("a small picture");
     let roots = Roots::new(oracle, view, &hits);
     let name: SceneName = scene.parse().expect("a scene");
     let surfels = cloud(name, POINTS);
@@ -149,8 +144,8 @@ fn is_found_as_expected(expected: &Expected) {
 
 /// The error function as printed in the thesis (equation 3.3), all vectors unit, in mirror space: the reflection takes
 /// the eye for the point, and the eye is subtracted before the angle is taken.
-fn printed(mirror: &MirrorPoint, right: Vec3, point: Vec3) -> Vec2 {
-    let space = |d: Vec3| mirror.mirror_space(right, d);
+fn printed(mirror: &MirrorPoint, point: Vec3) -> Vec2 {
+    let space = |d: Vec3| mirror.mirror_space(d);
     let (n, eye) = (space(mirror.normal), space(mirror.to_eye));
     let from_point = space((mirror.position - point).normalize());
     let delta = from_point - n * (2.0 * n.dot(eye)) - eye;
@@ -177,12 +172,7 @@ fn threads_do_not_change_the_hits() {
     let hits = Oracle::named("torus").view(&view);
     let surface = surface(&view, &hits, 0.0);
     let lhc = one_region(&surface);
-    let finder = RootFinder {
-        surface: &surface,
-        lhc: &lhc,
-        right: Vec3::X,
-        params: params(4.0),
-    };
+    let finder = RootFinder::new(&surface, &lhc, Vec3::X, params(4.0)).expect("a small picture");
     let surfels = cloud(SceneName::Torus, 30_000);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()

@@ -5,6 +5,7 @@
 //! the mirror's form.
 
 mod blend;
+mod leaf;
 mod order;
 mod tree;
 
@@ -23,7 +24,8 @@ use crate::job::Job;
 use crate::settings_group;
 use crate::timing::Timings;
 use blend::{Blender, Leaving};
-use tree::{Ray, Tree};
+use leaf::Ray;
+use tree::Tree;
 
 settings_group! {
     /// How reflected rays are traced.

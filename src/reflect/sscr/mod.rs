@@ -2,6 +2,8 @@
 //! homogeneous curvature, and for every point of the cloud the pixel that shows it is searched by root finding.
 
 pub mod mirror_error;
+mod mirror_pixels;
+mod random;
 pub mod root_find;
 
 use crate::gbuffer::disc::PixelRect;
