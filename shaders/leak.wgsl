@@ -27,14 +27,22 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let depth = surface[here].w;
-    var seen = neighbours(params.pinhole, params.first_pixel, x, y, LEAK, 1.0);
+
+    // Few pixels have nearer ones all around: only they are worth the vote.
     var nearer = 0u;
-    for (var i = 0u; i < seen.count; i++) {
-        nearer += select(0u, 1u, surface[seen.all[i].pixel].w < depth);
+    for (var k = 0u; k < 9u; k++) {
+        let u = i32(x) + i32(k % 3u) - 1;
+        let v = i32(y) + i32(k / 3u) - 1;
+        if k != 4u && u >= 0 && v >= 0 && u < i32(size.x) && v < i32(size.y) {
+            // Empty pixels have depth 0.
+            let its_depth = surface[u32(v) * size.x + u32(u) - params.first_pixel].w;
+            nearer += select(0u, 1u, its_depth > 0.0 && its_depth < depth);
+        }
     }
     if nearer < LEAK_NEIGHBOURS {
         return;
     }
+    var seen = neighbours(params.pinhole, params.first_pixel, x, y, LEAK, 1.0);
     let best = vote(&seen);
     let chosen = seen.all[best.chosen];
     if best.votes >= LEAK_NEIGHBOURS && chosen.depth + AGREE_SPACINGS * chosen.radius < depth {

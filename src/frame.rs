@@ -28,11 +28,19 @@ pub struct Frame<B: Backend + ?Sized> {
     pub gbuffer: GBuffer<B>,
     /// How much of the picture shows something.
     pub coverage: Coverage,
-    /// Radiance towards the eye, W/sr/m2 (albedo where the scene has no light); alpha 1 where valid.
+    /// The lights, with the maps of what they see.
+    pub lights: Vec<LitBy<B>>,
+    /// Radiance towards the eye, W/sr/m2 (albedo where the scene has no light); alpha 1 where valid. Mirrors show their
+    /// own part alone.
     pub radiance: B::Grid<Vec4>,
 }
 
 impl View {
+    /// Diagonal of the scene's box.
+    pub fn diagonal(&self) -> f32 {
+        (self.bounds.1 - self.bounds.0).length()
+    }
+
     /// Distance from a light to the farthest corner of the scene, a little more.
     fn reach(&self, light: &SpotLight) -> f32 {
         let (min, max) = self.bounds;
@@ -63,8 +71,9 @@ pub fn frame<B: Backend>(
         backend.smooth(&mut gbuffer, &settings.splat)?;
     }
     job.progress("lighting", 0, 0)?;
+    let mut lights = Vec::new();
     let radiance = if plan.runs(Stage::Shade, coverage.mirror > 0) {
-        let mut lights = Vec::with_capacity(view.lights.len());
+        lights.reserve(view.lights.len());
         for light in &view.lights {
             let map = light.pinhole(settings.gi.light_map_size, view.reach(light));
             lights.push(LitBy {
@@ -81,6 +90,7 @@ pub fn frame<B: Backend>(
     Ok(Frame {
         gbuffer,
         coverage,
+        lights,
         radiance,
     })
 }

@@ -20,6 +20,8 @@ pub enum Stage {
     Shade,
     /// Eye-dome lighting.
     Edl,
+    /// What the mirrors show.
+    Reflect,
 }
 
 /// Whether a stage runs.
@@ -114,6 +116,13 @@ impl Plan {
                     }
                     (0, _) => run("no light: the albedo, shaded by depth".into()),
                     _ => skip("the scene has a light"),
+                },
+            ),
+            (
+                Stage::Reflect,
+                match facts.mirror_points {
+                    0 => skip("no point is a mirror"),
+                    n => State::IfMirrorSeen(count(n, "mirror point")),
                 },
             ),
         ];

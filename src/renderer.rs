@@ -6,18 +6,21 @@ use std::time::Instant;
 use bytemuck::Pod;
 use glam::{UVec2, Vec4};
 
-use crate::backend::Backend;
 use crate::backend::cpu::Cpu;
 use crate::backend::gpu::{AdapterChoice, Gpu, GpuOptions};
+use crate::backend::{Backend, LightMap, LitBy};
 use crate::cloud::Surfels;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, View, frame};
 use crate::gbuffer::{Coverage, GBuffer};
+use crate::gi::shade::shade_mirror;
 use crate::grid::Grid;
 use crate::job::Job;
-use crate::plan::Plan;
+use crate::measure::BounceReport;
+use crate::plan::{Plan, Stage};
+use crate::reflect::{MirrorGBuffer, Reflector, blend};
 use crate::settings::Settings;
-use crate::timing::PassTime;
+use crate::timing::{PassTime, Timings};
 
 /// What a rendering gives, in main memory.
 pub struct Products {
@@ -27,6 +30,10 @@ pub struct Products {
     pub coverage: Coverage,
     /// Radiance towards the eye, W/sr/m2 (albedo where the scene has no light); alpha 1 where valid.
     pub radiance: Grid<Vec4>,
+    /// What the mirrors show, where the camera sees one.
+    pub mirror: Option<MirrorGBuffer<Cpu>>,
+    /// What the search came to, one for each mirror bounce.
+    pub bounces: Vec<BounceReport>,
     /// Time per pass.
     pub passes: Vec<PassTime>,
     /// Wall time of the frame, milliseconds.
@@ -126,12 +133,20 @@ impl Renderer {
 struct Session<B: Backend> {
     backend: B,
     points: B::Points,
+    /// Mirrors run on the processor, whichever backend runs the rest.
+    surfels: Arc<Surfels>,
+    reflector: Reflector,
 }
 
 impl<B: Backend> Session<B> {
     fn new(mut backend: B, surfels: &Arc<Surfels>) -> Result<Self> {
         let points = backend.upload(surfels)?;
-        Ok(Self { backend, points })
+        Ok(Self {
+            backend,
+            points,
+            surfels: Arc::clone(surfels),
+            reflector: Reflector::default(),
+        })
     }
 
     fn render(
@@ -146,12 +161,12 @@ impl<B: Backend> Session<B> {
         let Frame {
             gbuffer,
             coverage,
+            lights,
             radiance,
         } = frame(&mut self.backend, &self.points, view, plan, settings, job)?;
-        let wall_ms = start.elapsed().as_secs_f64() * 1e3;
-        let passes = self.backend.take_timings().passes;
+        let mut timings = self.backend.take_timings();
         let size = view.pinhole.size;
-        Ok(Products {
+        let mut products = Products {
             gbuffer: GBuffer {
                 pinhole: gbuffer.pinhole,
                 surface: self.fetch(size, &gbuffer.surface)?,
@@ -160,8 +175,65 @@ impl<B: Backend> Session<B> {
             },
             coverage,
             radiance: self.fetch(size, &radiance)?,
-            passes,
-            wall_ms,
+            mirror: None,
+            bounces: Vec::new(),
+            passes: Vec::new(),
+            wall_ms: 0.0,
+        };
+        if plan.runs(Stage::Reflect, coverage.mirror > 0) {
+            let lights = lights
+                .iter()
+                .map(|l| self.fetch_light(l))
+                .collect::<Result<Vec<_>>>()?;
+            self.reflect(&mut products, &lights, view, settings, &mut timings, job)?;
+        }
+        products.passes = timings.passes;
+        products.wall_ms = start.elapsed().as_secs_f64() * 1e3;
+        Ok(products)
+    }
+
+    /// Lets the mirrors of a picture show what they reflect.
+    fn reflect(
+        &mut self,
+        products: &mut Products,
+        lights: &[LitBy<Cpu>],
+        view: &View,
+        settings: &Settings,
+        timings: &mut Timings,
+        job: &Job,
+    ) -> Result<()> {
+        let (mirror, report) = self.reflector.reflect(
+            &products.gbuffer,
+            &self.surfels,
+            view.diagonal(),
+            settings,
+            timings,
+            job,
+        )?;
+        timings.time("shade_mirror", || {
+            let shown = match lights {
+                [] => None,
+                lights => Some(shade_mirror(&mirror, lights, &settings.gi)),
+            };
+            blend(
+                &mut products.radiance,
+                &products.gbuffer,
+                &mirror,
+                shown.as_ref(),
+            );
+        });
+        products.mirror = Some(mirror);
+        products.bounces.push(report);
+        Ok(())
+    }
+
+    /// A light with its map, in main memory.
+    fn fetch_light(&mut self, lit_by: &LitBy<B>) -> Result<LitBy<Cpu>> {
+        let pinhole = lit_by.map.pinhole;
+        let keys = self.fetch(pinhole.size, &lit_by.map.keys)?;
+        Ok(LitBy {
+            light: lit_by.light,
+            map: LightMap { pinhole, keys },
         })
     }
 

@@ -1,6 +1,6 @@
 //! Every setting of the program, assembled from the stages that own them.
 //!
-//! A group is declared with [`settings_group!`] beside its stage: the declaration makes the struct, its defaults,
+//! A group is declared with [`settings_group!`](crate::settings_group) beside its stage: the declaration makes the struct, its defaults,
 //! its reading from TOML, its checks, and the description that `--help`, `--set` and the viewer list; so a new
 //! setting cannot be forgotten anywhere.
 
@@ -235,6 +235,12 @@ settings! {
     splat: crate::gbuffer::SplatSettings;
     /// How the light reaches the points.
     gi: crate::gi::GiSettings;
+    /// What mirrors show.
+    reflect: crate::reflect::ReflectSettings;
+    /// How mirrors are cut into regions of homogeneous curvature.
+    lhc: crate::reflect::sscr::curvature::LhcSettings;
+    /// How mirrors are searched for what they show.
+    sscr: crate::reflect::sscr::SscrSettings;
     /// How reflected rays are traced.
     ray_trace: crate::reflect::ray_trace::RayTraceSettings;
     /// How radiance becomes a picture.

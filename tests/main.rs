@@ -11,15 +11,23 @@
 )]
 
 mod analytic;
+mod cameras;
+mod cli;
+mod clouds;
 mod evenness;
 mod forms;
 mod generate;
+mod hostile;
 mod ideal;
 mod mesh;
 mod npz;
 mod oracle;
 mod output;
+mod overrides;
+mod program;
 mod ray_trace;
+mod regions;
+mod render;
 mod root_find;
 mod roots;
 mod scene;
@@ -32,11 +40,18 @@ use libtest_mimic::Arguments;
 
 fn main() {
     let trials = [
+        cameras::tests(),
+        cli::tests(),
+        clouds::tests(),
         evenness::tests(),
         generate::tests(),
+        hostile::tests(),
         mesh::tests(),
         oracle::tests(),
         output::tests(),
+        overrides::tests(),
+        regions::tests(),
+        render::tests(),
         ray_trace::tests(),
         root_find::tests(),
         roots::tests(),

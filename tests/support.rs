@@ -56,6 +56,8 @@ pub(crate) fn empty_products(size: UVec2) -> Products {
             ..Coverage::default()
         },
         radiance: Grid::new(size, Vec4::ZERO),
+        mirror: None,
+        bounces: Vec::new(),
         passes: Vec::new(),
         wall_ms: 0.0,
     }

@@ -62,8 +62,8 @@ fn render(scene: &str, backend: &str) -> Result<Products, Failed> {
         let mesh = folder("CATOPTRIC_SCANS")
             .ok_or("no scans")?
             .join("bunny_mesh.ply");
-        overrides.push(Override::mesh(&mesh, "the test"));
         overrides.push(Override::new("cloud.0.generate", "bunny", "the test")?);
+        overrides.push(Override::mesh(&mesh, "the test"));
         root.join("pointclouds/sphere.toml")
     } else {
         root.join(format!("pointclouds/{scene}.toml"))
@@ -396,7 +396,7 @@ fn the_measures_see_small_faults() {
     let mut dim = perfect();
     dim.radiance.values_mut().iter_mut().for_each(|r| *r *= 0.9);
     assert!(
-        figures(&dim, &truth).rest_psnr < 35.0,
+        figures(&dim, &truth).rest_psnr < 40.0,
         "a tenth of the light is missing"
     );
 

@@ -89,7 +89,8 @@ struct Fragment {
 
 fn fragment(d: Disc, x: u32, y: u32, pinhole: Pinhole) -> Fragment {
     let slope = slope_from_pixel(pinhole, vec2f(f32(x) + 0.5, f32(y) + 0.5));
-    let inverse_depth = d.plane.x * slope.x + d.plane.y * slope.y + d.plane.z;
+    // The row's share first: a compiler may reorder a sum of two products and a term, but not this.
+    let inverse_depth = d.plane.x * slope.x + (d.plane.y * slope.y + d.plane.z);
     let depth = 1.0 / inverse_depth;
     let from_centre = vec3f(slope.x * depth - d.centre.x, slope.y * depth - d.centre.y, depth - d.centre.z);
     var f: Fragment;

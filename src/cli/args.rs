@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Renders point clouds with global illumination, and recognises the mirrors in them.
 ///
-/// A SCENE is a TOML file (docs/SCENES.md); a CLOUD is a point file (PLY, LAS, LAZ), for which camera, light and up
+/// A SCENE is a TOML file (docs/SCENE_FILES.md); a CLOUD is a point file (PLY, LAS, LAZ), for which camera, light and up
 /// axis are chosen to fit.
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 100, after_help = EXIT_STATUS)]
@@ -46,6 +46,10 @@ pub(super) struct RenderArgs {
     /// The camera's G-buffer: albedo, normal, position, depth and material per pixel, as .exr.
     #[arg(long, value_name = "FILE.exr")]
     pub(super) gbuffer: Option<PathBuf>,
+
+    /// Write what each mirror pixel shows: the mirrors' G-buffer, as FILE.exr; empty where no mirror is seen
+    #[arg(long, value_name = "FILE")]
+    pub(super) mirror_gbuffer: Option<PathBuf>,
 
     /// The camera beside the G-buffer, as JSON: what other programs need to project with it.
     #[arg(long, value_name = "FILE.json")]

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use catoptric::cloud::generate::{
-    CloudSource, DEFAULT_POINTS, SceneName, generate as generate_cloud, scene_toml,
+    CloudSource, DEFAULT_POINTS, MAX_POINTS, SceneName, generate as generate_cloud, scene_toml,
 };
 use catoptric::cloud::{TriangleMesh, write_ply};
 use catoptric::output::write_atomically;
@@ -32,6 +32,12 @@ pub(super) fn generate(args: &GenerateArgs) -> anyhow::Result<()> {
         args.points.unwrap_or(DEFAULT_POINTS),
         args.seed.unwrap_or(DEFAULT_SEED),
     );
+    if !(1..=MAX_POINTS).contains(&points) {
+        return Err(Usage(format!(
+            "--points is {points}; it must be 1 to {MAX_POINTS}"
+        ))
+        .into());
+    }
     let cloud = generate_cloud(name, points, seed, mesh.as_ref(), &job)?;
     if !folder.as_os_str().is_empty() {
         std::fs::create_dir_all(folder).map_err(|source| catoptric::Error::Write {

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Parser as _;
+use clap::error::ErrorKind;
 
 mod args;
 mod generate;
@@ -28,10 +29,15 @@ impl std::error::Error for Usage {}
 /// Runs the program with the arguments of the process.
 pub(crate) fn run() -> ExitCode {
     terminal::show_warnings();
-    let done = match Cli::parse().command {
-        Command::Render(args) => render::render(&args),
-        Command::Info(args) => info::info(&args),
-        Command::Generate(args) => generate::generate(&args),
+    let done = match Cli::try_parse() {
+        Ok(cli) => match cli.command {
+            Command::Render(args) => render::render(&args),
+            Command::Info(args) => info::info(&args),
+            Command::Generate(args) => generate::generate(&args),
+        },
+        Err(refusal) if refusal.use_stderr() => Err(Usage(sentence(&refusal)).into()),
+        // Not a refusal: the text of --help or --version.
+        Err(help) => help.print().map_err(anyhow::Error::from),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -41,6 +47,24 @@ pub(crate) fn run() -> ExitCode {
             ExitCode::from(if is_usage(&error) { 2 } else { 1 })
         }
     }
+}
+
+/// What clap refuses, in one line: its message and its advice, without the usage that `--help` shows.
+fn sentence(refusal: &clap::Error) -> String {
+    if refusal.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return "what is to be done is missing; see catoptric --help".into();
+    }
+    let text = refusal.render().to_string();
+    let lines = text
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.starts_with("Usage:"));
+    let parts: Vec<&str> = lines.filter(|line| !line.is_empty()).collect();
+    let message = parts.join("; ").replace(":;", ":");
+    format!(
+        "{}; see catoptric --help",
+        message.strip_prefix("error: ").unwrap_or(&message)
+    )
 }
 
 fn is_usage(error: &anyhow::Error) -> bool {

@@ -5,8 +5,11 @@ use std::time::Instant;
 
 use catoptric::Job;
 use catoptric::measure::{GBufferReport, Report, peak_memory_bytes};
-use catoptric::output::{CameraDescription, camera_gbuffer, write_json, write_picture};
+use catoptric::output::{
+    CameraDescription, camera_gbuffer, mirror_gbuffer, write_json, write_picture,
+};
 use catoptric::plan::Plan;
+use catoptric::reflect::MirrorGBuffer;
 use catoptric::renderer::{BackendChoice, Products, Renderer};
 use catoptric::scene::{LoadedScene, Scene};
 use glam::UVec2;
@@ -35,6 +38,11 @@ pub(super) fn render(args: &RenderArgs) -> anyhow::Result<()> {
     let outputs = [
         ("--output", Content::Picture, picture),
         ("--gbuffer", Content::GBuffer, args.gbuffer.as_deref()),
+        (
+            "--mirror-gbuffer",
+            Content::GBuffer,
+            args.mirror_gbuffer.as_deref(),
+        ),
         ("--camera-json", Content::Json, args.camera_json.as_deref()),
         ("--report", Content::Json, args.report.as_deref()),
     ];
@@ -81,7 +89,13 @@ fn backend(args: &RenderArgs) -> Result<BackendChoice, Usage> {
 
 /// The picture that is written where no output has a name.
 fn unnamed_picture(args: &RenderArgs) -> Option<PathBuf> {
-    let named = [&args.output, &args.gbuffer, &args.camera_json, &args.report];
+    let named = [
+        &args.output,
+        &args.gbuffer,
+        &args.mirror_gbuffer,
+        &args.camera_json,
+        &args.report,
+    ];
     if named.iter().any(|path| path.is_some()) {
         return None;
     }
@@ -126,6 +140,12 @@ fn write(
         job.check()?;
         camera_gbuffer(&products.gbuffer, origin).write(path)?;
     }
+    if let Some(path) = &args.mirror_gbuffer {
+        job.check()?;
+        let nothing = MirrorGBuffer::empty(loaded.camera.size);
+        let mirror = products.mirror.as_ref().unwrap_or(&nothing);
+        mirror_gbuffer(mirror, origin).write(path)?;
+    }
     if let Some(path) = &args.camera_json {
         write_json(path, &CameraDescription::new(&loaded.camera, origin)?)?;
     }
@@ -159,6 +179,6 @@ fn report(rendered: &Rendered) -> Report {
         wall_ms: *wall_ms,
         peak_memory_bytes: peak_memory_bytes(),
         gbuffer: GBufferReport::from(products.coverage),
-        sscr: Vec::new(),
+        sscr: products.bounces.clone(),
     }
 }

@@ -2,8 +2,11 @@
 
 use glam::{DMat3, DVec3, Vec3};
 
-/// Rounds of Jacobi rotations; the off-diagonal shrinks quadratically, 3x3 needs no more.
-const SWEEPS: usize = 6;
+/// Most rounds of Jacobi rotations; the off-diagonal shrinks quadratically, 3x3 needs no more.
+const MAX_SWEEPS: usize = 6;
+
+/// Squares of the off-diagonal, as a part of the diagonal's, at which nothing is left to do.
+const SOLVED: f64 = 1e-24;
 
 /// The second largest variance of points on a line, as a part of the largest.
 const LINE_EPS: f64 = 1e-7;
@@ -52,26 +55,37 @@ pub(super) fn towards(viewpoint: Vec3, position: Vec3, normal: Vec3) -> Vec3 {
 
 /// Eigenvalues and eigenvectors (columns) of a symmetric matrix, by Jacobi's rotations.
 fn eigen(matrix: DMat3) -> (DVec3, DMat3) {
-    let (mut a, mut axes) = (matrix, DMat3::IDENTITY);
-    for _ in 0..SWEEPS {
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            let off = a.col(q)[p];
-            if off.abs() <= f64::MIN_POSITIVE {
+    let mut a = matrix.to_cols_array_2d();
+    let mut axes = [DVec3::X, DVec3::Y, DVec3::Z];
+    for _ in 0..MAX_SWEEPS {
+        let off = a[1][0].powi(2) + a[2][0].powi(2) + a[2][1].powi(2);
+        let diagonal = a[0][0].powi(2) + a[1][1].powi(2) + a[2][2].powi(2);
+        if off <= SOLVED * diagonal {
+            break;
+        }
+        for (p, q, other) in [(0, 1, 2), (0, 2, 1), (1, 2, 0)] {
+            if a[p][q] == 0.0 {
                 continue;
             }
-            let theta = (a.col(q)[q] - a.col(p)[p]) / (2.0 * off);
-            let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
-            let c = 1.0 / (t * t + 1.0).sqrt();
-            let mut rotation = DMat3::IDENTITY;
-            rotation.col_mut(p)[p] = c;
-            rotation.col_mut(q)[q] = c;
-            rotation.col_mut(q)[p] = t * c;
-            rotation.col_mut(p)[q] = -t * c;
-            a = rotation.transpose() * a * rotation;
-            axes *= rotation;
+            // The smaller of the two angles that bring a[p][q] to zero.
+            let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
+            let tan = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
+            let cos = 1.0 / (tan * tan + 1.0).sqrt();
+            let sin = tan * cos;
+            a[p][p] -= tan * a[p][q];
+            a[q][q] += tan * a[p][q];
+            (a[p][q], a[q][p]) = (0.0, 0.0);
+            let (with_p, with_q) = (a[other][p], a[other][q]);
+            a[other][p] = cos * with_p - sin * with_q;
+            a[other][q] = sin * with_p + cos * with_q;
+            (a[p][other], a[q][other]) = (a[other][p], a[other][q]);
+            (axes[p], axes[q]) = (cos * axes[p] - sin * axes[q], sin * axes[p] + cos * axes[q]);
         }
     }
-    (DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z), axes)
+    (
+        DVec3::new(a[0][0], a[1][1], a[2][2]),
+        DMat3::from_cols(axes[0], axes[1], axes[2]),
+    )
 }
 
 #[cfg(test)]

@@ -187,11 +187,15 @@ fn move_directions(raw: &mut RawCloud, transform: &DMat4) {
     }
 }
 
+/// Whether a point is somewhere.
+fn is_sound(p: &DVec3) -> bool {
+    p.is_finite() && p.abs().max_element() <= FARTHEST
+}
+
 /// Drops points without finite coordinates from every column and counts them; gives the source index of the others.
 fn drop_lost_points(raw: &mut RawCloud, first: u32) -> Vec<u32> {
-    let sound = |p: &DVec3| p.is_finite() && p.abs().max_element() <= FARTHEST;
     let indices = first..first + raw.len() as u32;
-    let kept: Vec<bool> = raw.positions.par_iter().map(sound).collect();
+    let kept: Vec<bool> = raw.positions.par_iter().map(is_sound).collect();
     let lost = kept.iter().filter(|&&kept| !kept).count() as u64;
     if lost == 0 {
         return indices.collect();

@@ -177,9 +177,8 @@ impl Disc {
     pub fn fragments(&self, columns: f32x4, row: f32, pinhole: &Pinhole) -> (f32x4, f32x4, u32) {
         let x = (columns - f32x4::splat(pinhole.centre.x)) * f32x4::splat(pinhole.inverse_focal);
         let y = (pinhole.centre.y - row) * pinhole.inverse_focal;
-        let inverse_depth = f32x4::splat(self.plane.x) * x
-            + f32x4::splat(self.plane.y * y)
-            + f32x4::splat(self.plane.z);
+        let inverse_depth =
+            f32x4::splat(self.plane.x) * x + f32x4::splat(self.plane.y * y + self.plane.z);
         let depth = f32x4::splat(1.0) / inverse_depth;
         let dx = x * depth - f32x4::splat(self.centre.x);
         let dy = f32x4::splat(y) * depth - f32x4::splat(self.centre.y);

@@ -6,10 +6,11 @@ pub mod disc;
 pub mod edl;
 pub mod fill;
 pub mod leak;
+pub mod pull_push;
 pub mod smooth;
 pub mod splat;
 pub mod tile;
-mod tiles;
+pub(crate) mod tiles;
 pub mod visibility;
 
 use glam::{UVec2, Vec2, Vec3, Vec4};

@@ -15,11 +15,11 @@ const CHUNK: usize = 1 << 15;
 
 /// Which surfels each tile of a picture may show. Kept between frames: it allocates only when it grows.
 #[derive(Debug, Default)]
-pub(super) struct Tiles {
+pub(crate) struct Tiles {
     /// Side of a tile, pixels.
-    pub(super) side: u32,
+    pub(crate) side: u32,
     /// Tiles per row and column.
-    pub(super) count: UVec2,
+    pub(crate) count: UVec2,
     /// First entry of each tile, and the end of the last.
     starts: Vec<u32>,
     /// Surfel indices, tile by tile, ascending.
@@ -54,7 +54,7 @@ fn for_tiles(rect: u32, columns: u32, mut visit: impl FnMut(usize)) {
 
 impl Tiles {
     /// Sorts surfels 0 to `count` into the tiles that `bounds` says they may cover.
-    pub(super) fn sort(
+    pub(crate) fn sort(
         &mut self,
         size: UVec2,
         count: usize,
@@ -143,7 +143,7 @@ impl Tiles {
     }
 
     /// Surfels that may show in a tile, ascending.
-    pub(super) fn entries(&self, tile: usize) -> impl Iterator<Item = u32> + '_ {
+    pub(crate) fn entries(&self, tile: usize) -> impl Iterator<Item = u32> + '_ {
         let range = match (self.starts.get(tile), self.starts.get(tile + 1)) {
             (Some(&start), Some(&end)) => start as usize..end as usize,
             _ => 0..0,

@@ -11,6 +11,7 @@ use super::disc::{Disc, weight};
 use super::tile::Tile;
 use super::{EMPTY, depth_from_key};
 use crate::camera::Pinhole;
+use crate::cloud::Finish;
 
 /// Weighted sums of a pixel's visible fragments, in fixed point.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -32,25 +33,20 @@ pub fn scale(count: u32) -> f32 {
 
 /// Attributes of a surfel as the viewer sees them, in the order of [`Sums`]. Seen from behind, a diffuse surfel turns its
 /// normal, and a mirror is opaque and black.
-fn attributes(disc: &Disc) -> (f32x4, f32x4, f32x4) {
-    let finish = disc.finish;
-    let n = finish.normal();
-    if !disc.behind {
-        let a = finish.albedo();
-        return (
-            f32x4::from([1.0, 0.0, finish.specular(), finish.shininess_log()]),
-            f32x4::from([a.x, a.y, a.z, finish.mirror()]),
-            f32x4::from([n.x, n.y, n.z, 0.0]),
-        );
-    }
-    let normal = f32x4::from([-n.x, -n.y, -n.z, 0.0]);
-    if finish.mirror() > 0.0 {
+pub(crate) fn attributes(finish: Finish, behind: bool) -> (f32x4, f32x4, f32x4) {
+    let n = if behind {
+        -finish.normal()
+    } else {
+        finish.normal()
+    };
+    let normal = f32x4::from([n.x, n.y, n.z, 0.0]);
+    if behind && finish.mirror() > 0.0 {
         return (f32x4::from([1.0, 0.0, 0.0, 0.0]), f32x4::ZERO, normal);
     }
     let a = finish.albedo();
     (
         f32x4::from([1.0, 0.0, finish.specular(), finish.shininess_log()]),
-        f32x4::from([a.x, a.y, a.z, 0.0]),
+        f32x4::from([a.x, a.y, a.z, finish.mirror()]),
         normal,
     )
 }
@@ -70,7 +66,7 @@ pub fn visibility(tile: &mut Tile, discs: &[Disc], pinhole: &Pinhole) {
         ..
     } = tile;
     for disc in discs {
-        let (depth_lanes, albedo_lanes, normal_lanes) = attributes(disc);
+        let (depth_lanes, albedo_lanes, normal_lanes) = attributes(disc.finish, disc.behind);
         area.visit(disc, pinhole, |pixel, depth, distance| {
             let key = keys[pixel];
             let [scale, front, inverse_front] = fronts[pixel];

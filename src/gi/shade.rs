@@ -15,6 +15,7 @@ use crate::backend::{LightMap, LitBy};
 use crate::gbuffer::average::Pixel;
 use crate::gbuffer::{GBuffer, column_row, depth_from_key};
 use crate::grid::Grid;
+use crate::reflect::MirrorGBuffer;
 
 /// Receivers that the light meets at a flatter angle keep their own depth in all texels (0.9 degrees).
 pub const RECEIVER_COSINE: f32 = 0.015;
@@ -106,6 +107,15 @@ fn spot_radiance(receiver: &Receiver, lit_by: &LitBy<Cpu>, settings: &GiSettings
     reflected * irradiance
 }
 
+/// Radiance that a receiver sends to the eye from all lights.
+fn direct(receiver: &Receiver, lights: &[LitBy<Cpu>], settings: &GiSettings) -> Vec3 {
+    let mut sum = Vec3::ZERO;
+    for lit_by in lights {
+        sum += spot_radiance(receiver, lit_by, settings);
+    }
+    sum
+}
+
 /// Radiance of every pixel towards the eye, W/sr/m2; alpha 1 where valid. A mirror's own part is weighted by what its
 /// reflectance leaves.
 pub fn shade(gbuffer: &GBuffer<Cpu>, lights: &[LitBy<Cpu>], settings: &GiSettings) -> Grid<Vec4> {
@@ -125,11 +135,38 @@ pub fn shade(gbuffer: &GBuffer<Cpu>, lights: &[LitBy<Cpu>], settings: &GiSetting
                 view: -direction.normalize_or_zero(),
                 seen,
             };
-            let mut sum = Vec3::ZERO;
-            for lit_by in lights {
-                sum += spot_radiance(&receiver, lit_by, settings);
-            }
-            *out = (sum * (1.0 - seen.albedo.w)).extend(1.0);
+            *out = (direct(&receiver, lights, settings) * (1.0 - seen.albedo.w)).extend(1.0);
+        });
+    radiance
+}
+
+/// Radiance that every mirror pixel shows, W/sr/m2: what it sees is lit like everything else, with the mirror's point as
+/// the eye [Preiner 2010, section 4.7]. A mirror seen in a mirror is black but for what its reflectance leaves.
+pub fn shade_mirror(
+    mirror: &MirrorGBuffer<Cpu>,
+    lights: &[LitBy<Cpu>],
+    settings: &GiSettings,
+) -> Grid<Vec4> {
+    let mut radiance = Grid::new(mirror.size(), Vec4::ZERO);
+    let rays = mirror
+        .origin
+        .values()
+        .par_iter()
+        .zip(mirror.direction.values());
+    radiance
+        .values_mut()
+        .par_iter_mut()
+        .zip(rays)
+        .enumerate()
+        .for_each(|(i, (out, (origin, direction)))| {
+            let Some(seen) = mirror.at(i) else { return };
+            let receiver = Receiver {
+                position: origin.truncate() + direction.truncate() * seen.surface.w,
+                normal: seen.surface.truncate(),
+                view: -direction.truncate(),
+                seen,
+            };
+            *out = (direct(&receiver, lights, settings) * (1.0 - seen.albedo.w)).extend(1.0);
         });
     radiance
 }

@@ -145,10 +145,10 @@ impl ExrImage {
         Ok(bytes)
     }
 
-    /// The image of a file's bytes: its float32 channels and its f64 attributes.
+    /// The image of a file's bytes: its channels, as float32 whatever they are in the file, and its f64 attributes.
     ///
     /// # Errors
-    /// Where the bytes are no EXR file of one part, or hold other numbers than float32.
+    /// Where the bytes are no EXR file of one part.
     pub fn decode(bytes: &[u8]) -> io::Result<Self> {
         let image = exr::image::read::read()
             .no_deep_data()
@@ -163,12 +163,12 @@ impl ExrImage {
         let mut read = Self::new(UVec2::new(side(layer.size.x())?, side(layer.size.y())?));
         for channel in layer.channel_data.list {
             let name = channel.name.to_string();
-            match channel.sample_data {
-                FlatSamples::F32(values) => read.channels.insert(name, values),
-                FlatSamples::F16(_) | FlatSamples::U32(_) => {
-                    return Err(invalid(format!("channel {name} is not float32")));
-                }
+            let values = match channel.sample_data {
+                FlatSamples::F32(values) => values,
+                FlatSamples::F16(values) => values.into_iter().map(|v| v.to_f32()).collect(),
+                FlatSamples::U32(values) => values.into_iter().map(|v| v as f32).collect(),
             };
+            read.channels.insert(name, values);
         }
         for (name, value) in layer.attributes.other {
             if let AttributeValue::F64(number) = value {

@@ -12,12 +12,14 @@ mod atomic;
 mod camera_json;
 mod exr;
 mod gbuffer;
+mod mirror_gbuffer;
 mod png;
 
 pub use atomic::{check_writable, write_atomically};
 pub use camera_json::CameraDescription;
 pub use exr::ExrImage;
 pub use gbuffer::camera_gbuffer;
+pub use mirror_gbuffer::mirror_gbuffer;
 pub use png::encode_png;
 
 /// The kinds of file that a picture is written as.

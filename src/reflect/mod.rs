@@ -4,9 +4,37 @@ use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec2, Vec3, Vec4};
 
 use crate::backend::Backend;
+use crate::{setting_choice, settings_group};
 
+mod blend;
+mod mirror_gbuffer;
 pub mod ray_trace;
+mod reflector;
 pub mod sscr;
+mod surface;
+
+pub use blend::blend;
+pub use mirror_gbuffer::MirrorGBuffer;
+pub use reflector::Reflector;
+
+setting_choice! {
+    /// How it is found what a mirror shows.
+    pub enum Method {
+        /// Screen-space curved reflections: for every point the mirror pixel that shows it is searched [Preiner 2010].
+        Sscr = "sscr",
+        /// The reference: for every mirror pixel the reflected ray is traced through all points.
+        RayTrace = "ray_trace",
+    }
+}
+
+settings_group! {
+    /// What mirrors show.
+    pub struct ReflectSettings in "reflect" {
+        /// How it is found what a mirror shows. "sscr" costs by the number of points, "ray_trace" by that of the mirror's
+        /// pixels, beside a tree over all points.
+        method: Method = Method::Sscr;
+    }
+}
 
 /// From where a surface is seen: the camera, or, mirror bounce by mirror bounce, the mirror point of each pixel.
 pub enum Eye<B: Backend + ?Sized> {

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, UVec2};
 
+use super::fit::{Aim, corners, direction_to_eye, fitted};
 use super::tree::Origin;
 use super::{Scene, SceneCamera};
 use crate::camera::Camera;
@@ -12,15 +13,10 @@ use crate::error::{Error, Result};
 pub const DEFAULT_SIZE: UVec2 = UVec2::new(800, 600);
 /// Vertical field of view that nobody gives, degrees.
 pub const DEFAULT_FOV_Y_DEGREES: f64 = 60.0;
-/// What a fitted view leaves free around the bounds.
-const MARGIN: f64 = 1.05;
 /// Nearest plane, relative to the farthest point: what is nearer to the eye is in it.
 const NEAREST: f64 = 1e-4;
 
-/// A camera outside of `bounds` (scene's frame) that sees all of them: turned by three
-/// eighths of a right angle from the front, and looking down at 27 degrees.
-///
-/// The front is +z where y is up, and -y where z is up, as modelling programs have it.
+/// A camera outside of `bounds` (scene's frame) that sees all of them, from a little above and off the longer side.
 pub fn default_camera(bounds: Bounds, up: UpAxis, size: UVec2) -> Camera {
     let stated = SceneCamera {
         size: Some(size),
@@ -56,23 +52,19 @@ impl SceneCamera {
             (Some(position), None) if position.distance(centre) > 1e-9 * bounds.size().length() => {
                 (position, centre)
             }
-            (Some(position), None) => (
-                position,
-                position - direction_to_eye(up_axis).reject_from(up_axis.vector()),
-            ),
+            (Some(position), None) => {
+                let level = direction_to_eye(bounds, up_axis).reject_from(up_axis.vector());
+                (position, position - level)
+            }
             (None, target) => {
-                let target = target.unwrap_or(centre);
-                let to_eye = direction_to_eye(up_axis);
-                let up = self.up.unwrap_or(up_axis.vector());
+                let half_height = (fov_y_degrees.to_radians() / 2.0).tan();
                 let aspect = f64::from(size.x) / f64::from(size.y);
-                let tan_y = (fov_y_degrees.to_radians() / 2.0).tan();
-                (
-                    target
-                        + to_eye
-                            * fitting_distance(&corners, target, to_eye, up, tan_y, aspect)
-                            * MARGIN,
-                    target,
-                )
+                let aim = Aim {
+                    to_eye: direction_to_eye(bounds, up_axis),
+                    up: self.up.unwrap_or(up_axis.vector()),
+                    half_extent: (half_height * aspect, half_height),
+                };
+                fitted(bounds, target, &aim)
             }
         };
         let forward = (target - position).normalize_or(DVec3::NEG_Z);
@@ -132,44 +124,4 @@ impl Scene {
             Err(other) => Err(other),
         }
     }
-}
-
-/// From what a fitted view looks at towards its eye.
-fn direction_to_eye(up_axis: UpAxis) -> DVec3 {
-    let (across, up, towards) = (0.5, 0.45, 0.74);
-    match up_axis {
-        UpAxis::Y => DVec3::new(across, up, towards),
-        UpAxis::Z => DVec3::new(across, -towards, up),
-    }
-    .normalize()
-}
-
-/// The distance from `target` at which every corner is in the picture.
-fn fitting_distance(
-    corners: &[DVec3; 8],
-    target: DVec3,
-    to_eye: DVec3,
-    up: DVec3,
-    tan_y: f64,
-    aspect: f64,
-) -> f64 {
-    let right = up
-        .cross(to_eye)
-        .normalize_or(to_eye.any_orthonormal_vector());
-    let up = to_eye.cross(right);
-    let needed = corners.map(|corner| {
-        let c = corner - target;
-        let slope = (c.dot(right).abs() / (tan_y * aspect)).max(c.dot(up).abs() / tan_y);
-        c.dot(to_eye) + slope
-    });
-    let distance = needed.into_iter().fold(0.0, f64::max);
-    // A single point has no extent to fit.
-    if distance > 0.0 { distance } else { 1.0 }
-}
-
-fn corners(Bounds { min, max }: Bounds) -> [DVec3; 8] {
-    std::array::from_fn(|i| {
-        let side = |bit: usize| f64::from(u8::from(i & bit != 0));
-        min + (max - min) * DVec3::new(side(1), side(2), side(4))
-    })
 }

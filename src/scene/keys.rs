@@ -192,6 +192,26 @@ mod tests {
     }
 
     #[test]
+    fn every_key_is_documented() {
+        let documentation = include_str!("../../docs/SCENE_FILES.md");
+        let undocumented = |key: &str| {
+            let [alone, of_table] = [format!("`{key}`"), format!(" {key}")];
+            !documentation.contains(&alone) && !documentation.contains(&of_table)
+        };
+        let settings: Vec<String> = Settings::describe().into_iter().map(|d| d.key).collect();
+        let missing: Vec<String> = patterns()
+            .into_iter()
+            .filter(|key| !settings.contains(key))
+            .filter(|key| key.rsplit('.').next().is_some_and(undocumented))
+            .collect();
+        assert!(missing.is_empty(), "docs/SCENE_FILES.md lacks {missing:?}");
+        assert!(
+            undocumented("colour_bitz"),
+            "a key that is not there is missed"
+        );
+    }
+
+    #[test]
     fn names_are_listed_as_a_person_would() {
         assert_eq!(alternatives(&["a", "b", "c"]), "\"a\", \"b\" or \"c\"");
         assert_eq!(alternatives(&["a"]), "\"a\"");

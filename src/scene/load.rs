@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::{CloudSource, MirrorShape, Scene, SceneCloud};
 use crate::camera::Camera;
@@ -202,21 +203,21 @@ fn spacing_of(clouds: &[PlacedCloud], job: &Job) -> Result<f64> {
 
 /// The box of all points with finite coordinates, in the scene's frame; a point at 0 where there is none.
 fn bounds_of(clouds: &[PlacedCloud]) -> Bounds {
-    let mut bounds = Bounds::of([]);
-    for cloud in clouds {
+    let of_cloud = |cloud: &PlacedCloud| {
         let place = |p: &DVec3| {
             cloud
                 .transform
                 .map_or(*p, |transform| transform.transform_point3(*p))
         };
-        let finite = cloud
-            .raw
-            .positions
-            .iter()
-            .map(place)
-            .filter(|p| p.is_finite());
-        bounds = bounds.union(Bounds::of(finite));
-    }
+        let chunks = cloud.raw.positions.par_chunks(1 << 16);
+        let boxes =
+            chunks.map(|chunk| Bounds::of(chunk.iter().map(place).filter(|p| p.is_finite())));
+        boxes.reduce(|| Bounds::of([]), Bounds::union)
+    };
+    let bounds = clouds
+        .iter()
+        .map(of_cloud)
+        .fold(Bounds::of([]), Bounds::union);
     if bounds.min.cmple(bounds.max).all() {
         bounds
     } else {

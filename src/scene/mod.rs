@@ -15,6 +15,7 @@ use crate::gi::SpotLight;
 use crate::settings::Settings;
 
 mod camera;
+mod fit;
 mod keys;
 mod load;
 mod overrides;

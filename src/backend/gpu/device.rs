@@ -264,7 +264,7 @@ fn adapters() -> Vec<wgpu::Adapter> {
         backends,
         memory_budget_thresholds: wgpu::MemoryBudgetThresholds {
             for_resource_creation: Some(90),
-            for_device_loss: Some(99),
+            for_device_loss: None,
         },
         ..wgpu::InstanceDescriptor::new_without_display_handle()
     });

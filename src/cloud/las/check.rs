@@ -100,12 +100,17 @@ fn read_at<const N: usize>(
     Ok(bytes)
 }
 
+/// The compressor that makes no chunks.
+const ONE_PIECE: u16 = 1;
+
 /// What the `laszip encoded` record says of the compression.
 struct Laszip {
     /// Points a chunk; `None` where each chunk has its own number.
     chunk_size: Option<u32>,
     /// Layers of a chunk, each of which is allocated by its stated size; 0 where there are none.
     layers: u64,
+    /// Whether there are no chunks, and so no table of them.
+    is_one_piece: bool,
     /// Bytes of an uncompressed point.
     record: u64,
 }
@@ -124,6 +129,26 @@ fn find_laszip(
         }
     }
     Err(damaged(source, "how it is compressed"))
+}
+
+/// Where the table of chunks is, as the decoder finds it: the points begin with its place, or, where the writer could
+/// not go back, the file ends with it.
+fn table_position(source: &Source<'_>, file: &mut (impl Read + Seek), offset: u64) -> Result<u64> {
+    let last = source.length.saturating_sub(TABLE_OFFSET_SIZE);
+    for at in [offset, last] {
+        let table = i64::from_le_bytes(read_at(source, file, at)?);
+        if let Ok(table) = u64::try_from(table)
+            && table > offset
+        {
+            let sound = table >= offset + TABLE_OFFSET_SIZE && table <= last;
+            return if sound {
+                Ok(table)
+            } else {
+                Err(damaged(source, "where its chunks are"))
+            };
+        }
+    }
+    Err(damaged(source, "where its chunks are"))
 }
 
 impl Laszip {
@@ -145,10 +170,13 @@ impl Laszip {
                 _ => 0,
             };
         }
+        let is_one_piece = u16_at(0)? == ONE_PIECE;
         let chunk_size = (chunk_size != 0 && chunk_size != u32::MAX).then_some(chunk_size);
-        (record > 0).then_some(Self {
+        let sound = record > 0 && !(is_one_piece && layers > 0);
+        sound.then_some(Self {
             chunk_size,
             layers,
+            is_one_piece,
             record,
         })
     }
@@ -164,51 +192,30 @@ impl Laszip {
         if self.record != record {
             return Err(damaged(source, "how long a point is"));
         }
+        if self.is_one_piece {
+            return Ok(());
+        }
         let data = offset + TABLE_OFFSET_SIZE;
-        let table = self.table_position(source, file, offset)?;
-        let end = table.unwrap_or(source.length);
-        let room = end.saturating_sub(data);
+        let table = table_position(source, file, offset)?;
 
         // Every chunk begins with a whole point.
-        let chunks_at_most = room / record;
-        if let Some(table) = table {
-            let [_, _, _, _, chunks @ ..] = read_at::<8>(source, file, table)?;
-            let chunks = u64::from(u32::from_le_bytes(chunks));
-            if chunks > chunks_at_most {
-                return Err(damaged(source, "how many chunks it has"));
-            }
-            if let Some(size) = self.chunk_size
-                && count > chunks * u64::from(size)
-            {
-                return Err(too_many(source, count, chunks * u64::from(size)));
-            }
+        let [_, _, _, _, chunks @ ..] = read_at::<8>(source, file, table)?;
+        let chunks = u64::from(u32::from_le_bytes(chunks));
+        if chunks > table.saturating_sub(data) / record {
+            return Err(damaged(source, "how many chunks it has"));
         }
-        if count > 0 && chunks_at_most == 0 {
-            return Err(too_many(source, count, 0));
+        let room = match self.chunk_size {
+            Some(size) => chunks * u64::from(size),
+            None => chunks.saturating_mul(u64::from(u32::MAX)),
+        };
+        if count > room {
+            return Err(too_many(source, count, room));
         }
         if self.layers > 0 {
-            self.check_layers(source, file, data..end, count)
+            self.check_layers(source, file, data..table, count)
         } else {
             Ok(())
         }
-    }
-
-    /// Where the chunk table is, as the decoder finds it.
-    fn table_position(
-        &self,
-        source: &Source<'_>,
-        file: &mut (impl Read + Seek),
-        offset: u64,
-    ) -> Result<Option<u64>> {
-        let sound = |at: i64| u64::try_from(at).ok().filter(|&at| at > offset);
-        let mut table = sound(i64::from_le_bytes(read_at(source, file, offset)?));
-        if table.is_none() {
-            let last = source.length.saturating_sub(TABLE_OFFSET_SIZE);
-            table = sound(i64::from_le_bytes(read_at(source, file, last)?));
-        }
-
-        // A table beyond the end is ignored by the decoder, as is a missing one.
-        Ok(table.filter(|&at| at + TABLE_OFFSET_SIZE <= source.length))
     }
 
     /// Walks from chunk to chunk as far as `count` points reach: no layer may be longer than what is left.

@@ -50,6 +50,7 @@ struct Front {
 /// Weighted sums of attributes.
 #[derive(Debug, Default)]
 struct Sums {
+    count: u32,
     weight: f32,
     behind: f32,
     normal: Vec3,
@@ -70,8 +71,8 @@ impl<'a> Blender<'a> {
         }
     }
 
-    /// What the ray shows; all zero where it meets nothing.
-    pub(super) fn trace(&mut self, tree: &Tree, leaving: &Leaving) -> Pixel {
+    /// What the ray shows, and of how many discs; all zero where it meets nothing.
+    pub(super) fn trace(&mut self, tree: &Tree, leaving: &Leaving) -> (Pixel, u32) {
         let Self {
             surfels,
             settings,
@@ -108,7 +109,8 @@ impl<'a> Blender<'a> {
                 sums.add(fragment, *finish, behind);
             }
         }
-        sums.average(front.distance, leaving.ray.direction)
+        let pixel = sums.average(front.distance, leaving.ray.direction);
+        (pixel, sums.count)
     }
 }
 
@@ -148,6 +150,7 @@ impl Sums {
             ..
         } = fragment.meeting;
         let w = weight(off_centre);
+        self.count += 1;
         self.weight += w;
         self.behind += w * behind;
         self.radius += w * radius;

@@ -1,13 +1,20 @@
 //! Screen-space curved reflections [Preiner 2010, chapters 3 to 5]: the mirrors on screen are labelled into regions of
 //! homogeneous curvature, and for every point of the cloud the pixel that shows it is searched by root finding.
 
+pub mod accumulate;
+pub mod curvature;
+pub mod distribute;
+pub mod lhc;
 pub mod mirror_error;
 mod mirror_pixels;
 mod random;
 pub mod root_find;
+mod settings;
 
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
+
+pub use settings::{Distribution, Search, SscrSettings, Visibility};
 
 /// A region of homogeneous curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]

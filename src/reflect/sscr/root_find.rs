@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::mirror_error::{MirrorPoint, mirror_error};
 use super::mirror_pixels::MirrorPixels;
 use super::random::Random;
-use super::{LhcMap, Region};
+use super::{LhcMap, Region, SscrSettings};
 use crate::backend::cpu::Cpu;
 use crate::cloud::Place;
 use crate::error::Result;
@@ -41,6 +41,19 @@ pub struct RootFindParams {
     pub threshold: f32,
     /// Points nearer to the mirror than this are its own; x spacing.
     pub self_hit: f32,
+}
+
+impl From<&SscrSettings> for RootFindParams {
+    fn from(settings: &SscrSettings) -> Self {
+        Self {
+            seed_attempts: settings.seed_attempts,
+            step_attempts: settings.step_attempts,
+            max_steps: settings.max_steps,
+            initial_step: settings.initial_step,
+            threshold: settings.threshold,
+            self_hit: settings.self_hit,
+        }
+    }
 }
 
 /// Where a point is seen in the mirror.

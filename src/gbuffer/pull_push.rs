@@ -1,0 +1,170 @@
+//! Pass `pull_push`: holes in the mirrors' picture are filled from coarser and coarser averages of what surrounds them
+//! [Preiner 2010, sections 3.6 and 4.6; Grossman and Dally 1998].
+
+use glam::{UVec2, Vec3};
+
+use super::average::Pixel;
+use crate::backend::cpu::Cpu;
+use crate::grid::Grid;
+use crate::reflect::MirrorGBuffer;
+
+/// The average of what the pixels below show; class and weight say what it may be blended with.
+#[derive(Debug, Clone, Copy, Default)]
+struct Cell {
+    pixel: Pixel,
+    weight: f32,
+}
+
+/// Mirrors and other points never blend: the class of most of the four, of the others where both have as many.
+fn pull(below: [Cell; 4]) -> Cell {
+    let of = |mirror: bool| {
+        below
+            .iter()
+            .filter(move |c| c.weight > 0.0 && (c.pixel.albedo.w > 0.0) == mirror)
+    };
+    let weight = |mirror: bool| of(mirror).map(|c| c.weight).sum::<f32>();
+    let mirror = weight(true) > weight(false);
+    let total = weight(mirror);
+    if total <= 0.0 {
+        return Cell::default();
+    }
+    let mut sum = Pixel::default();
+    for cell in of(mirror) {
+        let share = cell.weight / total;
+        sum.surface += cell.pixel.surface * share;
+        sum.albedo += cell.pixel.albedo * share;
+        sum.material += cell.pixel.material * share;
+    }
+    let normal = sum.surface.truncate().normalize_or(Vec3::Z);
+    sum.surface = normal.extend(sum.surface.w);
+    // Coarser levels count pixels, not weight: a lone pixel fills as well as four.
+    Cell {
+        pixel: sum,
+        weight: total.min(1.0),
+    }
+}
+
+/// Fills every pixel of a mirror that shows nothing from the finest of `levels` halvings that does, and notes which.
+pub fn pull_push(mirror: &mut MirrorGBuffer<Cpu>, levels: u32) {
+    if levels == 0 {
+        return;
+    }
+    // Pull.
+    let finest = (0..mirror.material.values().len())
+        .map(|i| {
+            mirror
+                .at(i)
+                .map_or(Cell::default(), |pixel| Cell { pixel, weight: 1.0 })
+        })
+        .collect();
+    let Some(finest) = Grid::from_vec(mirror.size(), finest) else {
+        return;
+    };
+    let mut pyramid = vec![finest];
+    for _ in 0..levels {
+        let Some(below) = pyramid.last() else { return };
+        let size = UVec2::new(below.size().x.div_ceil(2), below.size().y.div_ceil(2));
+        let at = |x: usize, y: usize| below.get(x, y).copied().unwrap_or_default();
+        let width = size.x.max(1) as usize;
+        let cells = (0..width * size.y as usize)
+            .map(|i| {
+                let (x, y) = (i % width * 2, i / width * 2);
+                pull([at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)])
+            })
+            .collect();
+        let Some(level) = Grid::from_vec(size, cells) else {
+            return;
+        };
+        pyramid.push(level);
+    }
+
+    // Push.
+    let width = mirror.origin.width();
+    for i in 0..mirror.material.values().len() {
+        if mirror.region.values()[i] == 0 || mirror.material.values()[i].w > 0.0 {
+            continue;
+        }
+        let (x, y) = (i % width, i / width);
+        let found = pyramid
+            .iter()
+            .enumerate()
+            .skip(1)
+            .find_map(|(level, cells)| {
+                let cell = cells.get(x >> level, y >> level)?;
+                (cell.weight > 0.0).then_some((level, cell.pixel))
+            });
+        if let Some((level, pixel)) = found {
+            mirror.put(
+                i,
+                Pixel {
+                    material: pixel.material.truncate().extend(1.0),
+                    ..pixel
+                },
+            );
+            mirror.level.values_mut()[i] = level as f32;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec4;
+
+    use crate::reflect::{Eye, Surface};
+
+    fn mirror(size: UVec2, shown: &[usize]) -> MirrorGBuffer<Cpu> {
+        let surface = Surface {
+            size,
+            point: Grid::new(size, Vec4::ONE),
+            normal: Grid::new(size, Vec4::Z),
+            eye: Eye::Point(Vec3::splat(2.0)),
+        };
+        let mut mirror = MirrorGBuffer::of(&surface);
+        mirror.region.values_mut().fill(1);
+        for &i in shown {
+            let pixel = Pixel {
+                surface: Vec4::new(0.0, 0.0, 1.0, 2.0),
+                albedo: Vec4::new(0.5, 0.25, 0.125, 0.0),
+                material: Vec4::new(0.0, 0.0, 0.01, 1.0),
+            };
+            mirror.put(i, pixel);
+        }
+        mirror
+    }
+
+    #[test]
+    fn a_hole_is_filled_from_the_finest_level_that_shows_something() {
+        let size = UVec2::new(8, 8);
+        let mut filled = mirror(size, &[0]);
+        pull_push(&mut filled, 3);
+        let level = |x: usize, y: usize| filled.level.values()[y * 8 + x];
+        assert_eq!(
+            [level(0, 0), level(1, 1), level(3, 2), level(7, 7)],
+            [0.0, 1.0, 2.0, 3.0]
+        );
+        assert_eq!(filled.covered(), 64);
+        assert_eq!(
+            filled.at(63).map(|p| p.albedo),
+            filled.at(0).map(|p| p.albedo)
+        );
+    }
+
+    #[test]
+    fn holes_wider_than_the_coarsest_level_stay() {
+        let mut filled = mirror(UVec2::new(8, 8), &[0]);
+        pull_push(&mut filled, 1);
+        assert_eq!(filled.covered(), 4);
+    }
+
+    #[test]
+    fn nothing_is_filled_where_there_is_no_mirror() {
+        let mut filled = mirror(UVec2::new(4, 4), &[0]);
+        filled.region.values_mut()[1] = 0;
+        pull_push(&mut filled, 2);
+        assert!(
+            filled.at(1).is_none(),
+            "a pixel without mirror shows something"
+        );
+    }
+}

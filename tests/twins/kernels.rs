@@ -1,0 +1,281 @@
+//! Every kernel against its CPU twin.
+
+use catoptric::backend::cpu::Cpu;
+use catoptric::backend::gpu::Gpu;
+use catoptric::backend::{Backend, LightMap, LitBy};
+use catoptric::gbuffer::SplatSettings;
+use catoptric::gbuffer::splat::{Accumulated, Splatter};
+use catoptric::gi::GiSettings;
+use catoptric::image::ImageSettings;
+use glam::UVec2;
+
+use super::support::{
+    SIZE, assert_agree, assert_gbuffers_agree, bring, bring_gbuffer, cloud, difference, gpu,
+    pinhole, seen_by_cpu, spot,
+};
+
+fn accumulated(gpu: &mut Gpu) -> (Accumulated, Accumulated) {
+    let surfels = cloud(3000, true);
+    let settings = SplatSettings::default();
+    let points = gpu.upload(&surfels).expect("points");
+    let got = gpu
+        .accumulate(&points, &pinhole(SIZE), &settings)
+        .expect("sums");
+    (
+        got,
+        Splatter::default().accumulate(&surfels, &pinhole(SIZE), &settings),
+    )
+}
+
+/// Pixels whose integers differ.
+fn wrong_pixels(got: &Accumulated, expected: &Accumulated) -> usize {
+    let same = |i: usize| {
+        got.keys.values()[i] == expected.keys.values()[i]
+            && got.counts.values()[i] == expected.counts.values()[i]
+            && got.sums.values()[i] == expected.sums.values()[i]
+    };
+    (0..expected.keys.values().len())
+        .filter(|&i| !same(i))
+        .count()
+}
+
+pub(super) fn sums_are_equal_to_the_last_bit() {
+    let gpu = &mut gpu();
+    let (got, expected) = accumulated(gpu);
+    let seen = expected.counts.values().iter().filter(|&&n| n > 0).count();
+    assert!(seen > 400, "the picture shows something: {seen} pixels");
+    let wrong = wrong_pixels(&got, &expected);
+    // A graphics card may contract a product and a sum into one rounding; a software adapter does not.
+    let allowed = if gpu.device().is_software() {
+        0
+    } else {
+        expected.keys.values().len() / 2
+    };
+    for i in 0..expected.keys.values().len() {
+        if wrong > allowed && got.sums.values()[i] != expected.sums.values()[i] {
+            panic!(
+                "{wrong} pixels differ, such as {i}: keys {:x} and {:x}, counts {} and {}, sums {:?} and {:?}",
+                got.keys.values()[i],
+                expected.keys.values()[i],
+                got.counts.values()[i],
+                expected.counts.values()[i],
+                got.sums.values()[i],
+                expected.sums.values()[i],
+            );
+        }
+    }
+    assert!(wrong <= allowed, "{wrong} pixels have other keys or counts");
+}
+
+pub(super) fn one_flipped_bit_of_a_sum_is_noticed() {
+    let (_, expected) = accumulated(&mut gpu());
+    let mut flipped = expected.clone();
+    flipped.sums.values_mut()[400].albedo[2] ^= 1;
+    assert_eq!(
+        wrong_pixels(&flipped, &expected),
+        1,
+        "one flipped bit is one wrong pixel"
+    );
+}
+
+pub(super) fn averages_agree() {
+    let gpu = &mut gpu();
+    let points = gpu.upload(&cloud(3000, true)).expect("points");
+    let got = gpu
+        .splat(&points, &pinhole(SIZE), &SplatSettings::default())
+        .expect("a G-buffer");
+    // Shininess passes through an exponential, of which the device promises no more.
+    assert_gbuffers_agree(gpu, &got, &seen_by_cpu(true), 2e-5);
+}
+
+pub(super) fn light_maps_are_equal_to_the_last_bit() {
+    let gpu = &mut gpu();
+    let mut cpu = Cpu::default();
+    let surfels = cloud(3000, true);
+    let eye = spot().pinhole(45, 10.0);
+    let settings = SplatSettings::default();
+    let (here, there) = (
+        cpu.upload(&surfels).expect("points"),
+        gpu.upload(&surfels).expect("points"),
+    );
+    let expected = cpu.light_map(&here, &eye, &settings).expect("a map");
+    let map = gpu.light_map(&there, &eye, &settings).expect("a map");
+    let got = gpu.read(&map.keys).expect("keys").into_owned();
+    let wrong = got
+        .iter()
+        .zip(expected.keys.values())
+        .filter(|(a, b)| a != b)
+        .count();
+    let allowed = if gpu.device().is_software() {
+        0
+    } else {
+        got.len() / 2
+    };
+    let first = (got.iter().zip(expected.keys.values())).find(|(a, b)| a != b);
+    assert!(
+        wrong <= allowed,
+        "{wrong} of {} texels differ, such as {first:x?}",
+        got.len()
+    );
+}
+
+pub(super) fn filling_agrees_and_counts_the_same_pixels() {
+    let gpu = &mut gpu();
+    // Smaller splats leave holes to fill.
+    let settings = SplatSettings {
+        size: 0.8,
+        fill: 3,
+        ..SplatSettings::default()
+    };
+    let mut cpu = Cpu::default();
+    let points = cpu.upload(&cloud(3000, true)).expect("points");
+    let mut expected = cpu
+        .splat(&points, &pinhole(UVec2::new(74, 42)), &settings)
+        .expect("a G-buffer");
+    // What lies far behind its neighbours is a leak; of two side by side none is.
+    let size = expected.size();
+    for pixel in [(10, 8), (11, 30), (40, 8), (41, 8), (0, 0)] {
+        let index = pixel.1 * size.x as usize + pixel.0;
+        expected.surface.values_mut()[index].w *= 4.0;
+    }
+    let mut got = bring_gbuffer(gpu, &expected);
+    let before = expected.material.clone();
+    let counted = cpu.fill(&mut expected, &settings).expect("filled");
+    assert!(
+        counted.filled > counted.splatted,
+        "there are holes to fill: {counted:?}"
+    );
+    let leaks = (before.values().iter().zip(expected.material.values()))
+        .filter(|(before, after)| before.w == 1.0 && after.w != 1.0)
+        .count();
+    assert!(leaks > 0, "there are leaks to close");
+    assert_eq!(
+        gpu.fill(&mut got, &settings).expect("filled"),
+        counted,
+        "coverage"
+    );
+    assert_gbuffers_agree(gpu, &got, &expected, 1e-5);
+}
+
+pub(super) fn smoothing_agrees() {
+    let gpu = &mut gpu();
+    let settings = SplatSettings {
+        smooth: 1.5,
+        ..SplatSettings::default()
+    };
+    let mut expected = seen_by_cpu(true);
+    let before = expected.surface.clone();
+    let mut got = bring_gbuffer(gpu, &expected);
+    Cpu::default()
+        .smooth(&mut expected, &settings)
+        .expect("smoothed");
+    assert!(
+        difference(before.values(), expected.surface.values(), 1e-3).is_some(),
+        "there is something to smooth"
+    );
+    gpu.smooth(&mut got, &settings).expect("smoothed");
+    assert_gbuffers_agree(gpu, &got, &expected, 1e-4);
+}
+
+/// A CPU's light map and the same on the device.
+fn lights(gpu: &mut Gpu, side: u32) -> (LitBy<Cpu>, LitBy<Gpu>) {
+    let mut cpu = Cpu::default();
+    let points = cpu.upload(&cloud(3000, false)).expect("points");
+    let map = cpu
+        .light_map(
+            &points,
+            &spot().pinhole(side, 10.0),
+            &SplatSettings::default(),
+        )
+        .expect("a map");
+    let keys = bring(gpu, UVec2::splat(side), map.keys.values());
+    let there = LightMap {
+        pinhole: map.pinhole,
+        keys,
+    };
+    (
+        LitBy { light: spot(), map },
+        LitBy {
+            light: spot(),
+            map: there,
+        },
+    )
+}
+
+pub(super) fn shading_agrees() {
+    let gpu = &mut gpu();
+    let (here, there) = lights(gpu, 64);
+    let (second_here, second_there) = lights(gpu, 40);
+    let seen = seen_by_cpu(true);
+    let settings = GiSettings::default();
+    let expected = Cpu::default()
+        .shade(&seen, &[here, second_here], &settings)
+        .expect("radiance");
+    let lit = expected.values().iter().filter(|v| v.x > 0.1).count();
+    assert!(lit > 50, "the light falls on something: {lit} pixels");
+    let seen = bring_gbuffer(gpu, &seen);
+    let got = gpu
+        .shade(&seen, &[there, second_there], &settings)
+        .expect("radiance");
+    let got = gpu.read(&got).expect("radiance").into_owned();
+    // The penumbra is linear in an angle, whose arc cosine the device gives to about 1e-4.
+    assert_agree("radiance", &got, expected.values(), 2e-3);
+}
+
+pub(super) fn without_a_light_everything_is_black() {
+    let gpu = &mut gpu();
+    let seen = seen_by_cpu(false);
+    let expected = Cpu::default()
+        .shade(&seen, &[], &GiSettings::default())
+        .expect("radiance");
+    let seen = bring_gbuffer(gpu, &seen);
+    let got = gpu
+        .shade(&seen, &[], &GiSettings::default())
+        .expect("radiance");
+    assert_agree(
+        "radiance",
+        &gpu.read(&got).expect("radiance"),
+        expected.values(),
+        0.0,
+    );
+}
+
+pub(super) fn eye_dome_lighting_agrees() {
+    let gpu = &mut gpu();
+    let seen = seen_by_cpu(false);
+    let there = bring_gbuffer(gpu, &seen);
+    for edl_radius in [1.4, 3.0] {
+        let settings = ImageSettings {
+            edl_radius,
+            edl_strength: 0.1,
+            ..ImageSettings::default()
+        };
+        let expected = Cpu::default().edl(&seen, &settings).expect("a picture");
+        let got = gpu.edl(&there, &settings).expect("a picture");
+        assert_agree(
+            "picture",
+            &gpu.read(&got).expect("a picture"),
+            expected.values(),
+            1e-4,
+        );
+    }
+}
+
+pub(super) fn one_flipped_value_of_a_picture_is_noticed() {
+    let expected = seen_by_cpu(false).albedo.into_vec();
+    assert!(
+        difference(&expected, &expected, 0.0).is_none(),
+        "a picture agrees with itself"
+    );
+    let mut flipped = expected.clone();
+    flipped[300].y += 1e-3;
+    assert!(
+        difference(&flipped, &expected, 2e-5).is_some(),
+        "one changed value is noticed"
+    );
+    flipped[300].y = f32::NAN;
+    assert!(
+        difference(&flipped, &expected, 2e-5).is_some(),
+        "a value that is no number is noticed"
+    );
+}
