@@ -58,7 +58,7 @@ pub struct Renderer {
 }
 
 enum AnySession {
-    Cpu(Session<Cpu>),
+    Cpu(Box<Session<Cpu>>),
     Gpu(Box<Session<Gpu>>),
 }
 
@@ -90,7 +90,7 @@ impl Renderer {
         };
         let session = match gpu {
             Some(gpu) => AnySession::Gpu(Box::new(Session::new(gpu, surfels)?)),
-            None => AnySession::Cpu(Session::new(Cpu::default(), surfels)?),
+            None => AnySession::Cpu(Box::new(Session::new(Cpu::default(), surfels)?)),
         };
         Ok(Self { session })
     }
