@@ -340,28 +340,4 @@ fn random_pixel(region: &Region, random: &mut Random) -> Vec2 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_root_divides_the_step_as_the_errors_do() {
-        assert_eq!(between(2.0, 6.0, 1.0, -3.0), 3.0);
-        assert_eq!(between(2.0, 6.0, 0.0, 0.0), 4.0);
-    }
-
-    #[test]
-    fn a_change_of_sign_turns_round_and_halves_the_step() {
-        let axis = Axis {
-            direction: 1.0,
-            step: 8.0,
-        };
-        let turned = |before: f32, after: f32| {
-            let mut axis = axis;
-            axis.turn(before, after);
-            (axis.direction, axis.step)
-        };
-        assert_eq!(turned(2.0, 1.0), (1.0, 8.0), "nearer");
-        assert_eq!(turned(1.0, 2.0), (-1.0, 8.0), "farther");
-        assert_eq!(turned(1.0, -0.5), (-1.0, 4.0), "passed");
-    }
-}
+mod tests;
