@@ -13,7 +13,7 @@ use crate::support::gpu_is_missing;
 pub(crate) fn tests() -> Vec<Trial> {
     let mut trials = vec![Trial::test(
         "agree::one_thread_and_two_draw_the_same_bytes",
-        || one_thread_and_two_draw_the_same_bytes(),
+        one_thread_and_two_draw_the_same_bytes,
     )];
     for scene in ["sphere", "multi", "plane"] {
         let name = format!("agree::{scene}_agrees_on_both_backends");
