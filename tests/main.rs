@@ -19,6 +19,7 @@ mod forms;
 mod generate;
 mod hostile;
 mod ideal;
+mod limits;
 mod mesh;
 mod npz;
 mod oracle;
@@ -46,6 +47,7 @@ fn main() {
         evenness::tests(),
         generate::tests(),
         hostile::tests(),
+        limits::tests(),
         mesh::tests(),
         oracle::tests(),
         output::tests(),
