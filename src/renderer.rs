@@ -69,7 +69,7 @@ pub struct Renderer {
 }
 
 enum AnySession {
-    Cpu(Session<Cpu>),
+    Cpu(Box<Session<Cpu>>),
     Gpu(Box<Session<Gpu>>),
 }
 
@@ -118,7 +118,7 @@ impl Machine {
     /// [`Error::Gpu`] and [`Error::Memory`] where it cannot hold the surfels.
     pub fn upload(self, surfels: &Arc<Surfels>) -> Result<Renderer> {
         let session = match self.backend {
-            AnyBackend::Cpu(cpu) => AnySession::Cpu(Session::new(cpu, surfels)?),
+            AnyBackend::Cpu(cpu) => AnySession::Cpu(Box::new(Session::new(cpu, surfels)?)),
             AnyBackend::Gpu(gpu) => AnySession::Gpu(Box::new(Session::new(*gpu, surfels)?)),
         };
         Ok(Renderer { session })

@@ -7,16 +7,16 @@ use std::time::{Duration, Instant};
 use libtest_mimic::Trial;
 use tempfile::TempDir;
 
-use crate::program::{done, json, names, program, refused, room, stderr};
+use crate::program::{done, json, names, program, refused, room, run, stderr};
 use crate::support::{claim, gpu_is_missing};
 
 pub(crate) fn tests() -> Vec<Trial> {
     vec![
         claim("limits::a_huge_picture_is_a_sentence", || {
-            huge_is_refused("cpu")
+            huge_is_refused("cpu");
         }),
         claim("limits::a_huge_picture_is_a_sentence_on_the_gpu", || {
-            huge_is_refused("gpu")
+            huge_is_refused("gpu");
         })
         .with_ignored_flag(gpu_is_missing()),
         claim(
@@ -48,7 +48,9 @@ pub(crate) fn tests() -> Vec<Trial> {
 fn huge_is_refused(backend: &str) {
     let folder = room();
     let arguments = format!("render room.toml --backend {backend} -o a.png --size 32768x32768");
-    let said = refused(folder.path(), &arguments, 1);
+    let output = run(folder.path(), &arguments);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(
         said.contains("32768 x 32768 pixels needs") && said.contains("smaller picture"),
         "{said}"

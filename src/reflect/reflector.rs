@@ -95,7 +95,7 @@ impl Reflector {
         let (mirrors, covered) = (surface.pixels(), mirror.covered());
         if settings.reflect.method == Method::Sscr {
             timings.time("pull_push", || {
-                pull_push(&mut mirror, settings.sscr.pull_levels)
+                pull_push(&mut mirror, settings.sscr.pull_levels);
             });
         }
         let share = |part: u64, whole: u64| {
