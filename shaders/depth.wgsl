@@ -27,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         for (var x = d.first.x; x < d.end.x; x++) {
             let f = fragment(d, x, y, params.pinhole);
             if f.covered {
-                atomicMin(&keys[row + x], depth_key(f.depth, d.mirror, f.distance_squared > rim));
+                atomicMin(&keys[row + x], depth_key(f.depth, d.class_bits, f.distance_squared > rim));
                 atomicAdd(&counts[row + x], 1u);
             }
         }

@@ -1,15 +1,17 @@
 // Eye-dome lighting: the albedo, darkened where neighbours stand out in front.
 // One thread per pixel. CPU twin: `edl` in src/gbuffer/edl.rs.
+#import plane_depth
 
 override PIXEL_GROUP: u32 = 8u; // threads per workgroup side
 
 struct EdlParams {
-    size: vec2u,        // pixels
+    pinhole: Pinhole,
     rows: vec2u,        // first row, and one past the last
     first_pixel: u32,   // number of the bindings' first pixel, row by row
     straight: i32,      // distance of the neighbours beside, above and below, pixels
     diagonal: i32,      // distance of the others along each axis, pixels
     gain: f32,          // darkening per summed logarithmic depth difference
+    pad: vec2u,
 }
 
 @group(0) @binding(0) var<uniform> params: EdlParams;
@@ -22,16 +24,18 @@ struct EdlParams {
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let x = i32(id.x);
     let y = i32(params.rows.x + id.y);
-    let size = vec2i(params.size);
+    let size = vec2i(params.pinhole.size);
     if x >= size.x || y >= i32(params.rows.y) {
         return;
     }
-    let here = u32(y) * params.size.x + id.x - params.first_pixel;
+    let here = u32(y) * params.pinhole.size.x + id.x - params.first_pixel;
     if material[here].w <= 0.0 {
         picture[here] = vec4f(0.0);
         return;
     }
     let depth = surface[here].w;
+    let normal = surface[here].xyz;
+    let direction = direction_of(params.pinhole, id.x, u32(y));
     var response = 0.0;
     for (var k = 0; k < 9; k++) {
         let dx = k % 3 - 1;
@@ -42,9 +46,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         if k == 4 || u < 0 || v < 0 || u >= size.x || v >= size.y {
             continue;
         }
-        let there = u32(v) * params.size.x + u32(u) - params.first_pixel;
+        let there = u32(v) * params.pinhole.size.x + u32(u) - params.first_pixel;
         if material[there].w > 0.0 {
-            response += max(log2(depth / surface[there].w), 0.0);
+            let towards = direction_of(params.pinhole, u32(u), u32(v));
+            let expected = plane_depth(normal, direction, depth, towards);
+            response += max(log2(expected / surface[there].w), 0.0);
         }
     }
     picture[here] = vec4f(albedo[here].xyz * exp(-params.gain * response), 1.0);

@@ -40,7 +40,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if nearer < LEAK_NEIGHBOURS {
         return;
     }
-    var seen = neighbours(params.pinhole, params.first_pixel, x, y, LEAK, 1.0);
+    var seen = neighbours(params.pinhole, params.first_pixel, x, y, LEAK, f32(params.ring));
     let best = vote(&seen);
     let chosen = seen.all[best.chosen];
     if best.votes >= LEAK_NEIGHBOURS && chosen.depth + AGREE_SPACINGS * chosen.radius < depth {

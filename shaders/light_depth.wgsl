@@ -25,7 +25,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         for (var x = d.first.x; x < d.end.x; x++) {
             let f = fragment(d, x, y, params.pinhole);
             if f.covered {
-                atomicMin(&keys[row + x], depth_key(f.depth, d.mirror, false));
+                atomicMin(&keys[row + x], depth_key(f.depth, d.class_bits, false));
             }
         }
     }

@@ -57,7 +57,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         for (var x = d.first.x; x < d.end.x; x++) {
             let f = fragment(d, x, y, params.pinhole);
             let key = keys[row + x];
-            if !f.covered || key == EMPTY || key_mirror(key) != d.mirror {
+            if !f.covered || key == EMPTY || key_class(key) != d.class_bits {
                 continue;
             }
             let depth = key_depth(bitcast<u32>(f.depth));

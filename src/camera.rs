@@ -27,6 +27,15 @@ pub struct Camera {
     pub size: UVec2,
 }
 
+/// A rule that a camera breaks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Fault {
+    /// The keys of `[camera]` that do not agree, the likeliest to blame first.
+    pub(crate) keys: &'static [&'static str],
+    /// The rule, from the user's side.
+    pub(crate) problem: String,
+}
+
 /// A pinhole projection relative to the scene's origin, ready for kernels.
 ///
 /// View space: x to the right, y up, z forward (metres along the axis, positive in front). Pixel (i, j) from the
@@ -57,24 +66,27 @@ pub struct Pinhole {
 }
 
 impl Camera {
-    /// The projection of this camera, relative to `origin`.
+    /// Right and forward of a camera that can see: unit vectors.
     ///
     /// # Errors
-    /// Where the camera is degenerate: target at the position, up along the view, an impossible field of view,
-    /// planes or size.
-    pub fn pinhole(&self, origin: DVec3) -> Result<Pinhole> {
-        let wrong = |what: String| Err(Error::Setting(what));
+    /// The first rule that the camera breaks.
+    pub(crate) fn axes(&self) -> Result<(DVec3, DVec3), Fault> {
+        let wrong = |keys, problem| Err(Fault { keys, problem });
         let view = self.target - self.position;
         if ![self.position, self.target, self.up]
             .iter()
             .all(|v| v.is_finite())
         {
             return wrong(
+                &["position", "target", "up"],
                 "camera.position, camera.target and camera.up must be finite numbers".into(),
             );
         }
         let Some(forward) = view.try_normalize() else {
-            return wrong("camera.target must differ from camera.position".into());
+            return wrong(
+                &["target", "position"],
+                "camera.target must differ from camera.position".into(),
+            );
         };
         let Some(right) = forward
             .cross(self.up)
@@ -82,28 +94,48 @@ impl Camera {
             .filter(|_| forward.cross(self.up).length() > 1e-6 * self.up.length())
         else {
             return wrong(
+                &["up", "target", "position"],
                 "camera.up must not be zero or point along the view; set camera.up to another axis"
                     .into(),
             );
         };
         if !(self.fov_y_degrees > 0.0 && self.fov_y_degrees < 179.0) {
-            return wrong(format!(
-                "camera.fov_y_degrees is {}; it must be above 0 and below 179",
-                self.fov_y_degrees
-            ));
+            return wrong(
+                &["fov_y_degrees"],
+                format!(
+                    "camera.fov_y_degrees is {}; it must be above 0 and below 179",
+                    self.fov_y_degrees
+                ),
+            );
         }
         if !(self.near > 0.0 && self.far > self.near && self.far.is_finite()) {
-            return wrong(format!(
-                "camera.near is {} and camera.far {}; they must obey 0 < near < far",
-                self.near, self.far
-            ));
+            return wrong(
+                &["near", "far"],
+                format!(
+                    "camera.near is {} and camera.far {}; they must obey 0 < near < far",
+                    self.near, self.far
+                ),
+            );
         }
         if self.size.min_element() == 0 || self.size.max_element() > MAX_SIZE {
-            return wrong(format!(
-                "camera.size is {}x{}; each side must be 1 to {MAX_SIZE} pixels",
-                self.size.x, self.size.y
-            ));
+            return wrong(
+                &["size"],
+                format!(
+                    "camera.size is {}x{}; each side must be 1 to {MAX_SIZE} pixels",
+                    self.size.x, self.size.y
+                ),
+            );
         }
+        Ok((right, forward))
+    }
+
+    /// The projection of this camera, relative to `origin`.
+    ///
+    /// # Errors
+    /// Where the camera is degenerate: target at the position, up along the view, an impossible field of view,
+    /// planes or size.
+    pub fn pinhole(&self, origin: DVec3) -> Result<Pinhole> {
+        let (right, forward) = self.axes().map_err(|fault| Error::Setting(fault.problem))?;
         let focal = f64::from(self.size.y) / 2.0 / (self.fov_y_degrees.to_radians() / 2.0).tan();
         Ok(Pinhole {
             eye: (self.position - origin).as_vec3(),

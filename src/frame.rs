@@ -65,10 +65,15 @@ pub fn frame<B: Backend>(
 ) -> Result<Frame<B>> {
     job.progress("splatting", 0, 0)?;
     let mut gbuffer = backend.splat(points, &view.pinhole, &settings.splat, job)?;
+    let mut coverage = backend.coverage(&gbuffer, job)?;
     if plan.runs(Stage::Fill, false) {
+        let splatted = coverage.splatted;
         backend.fill(&mut gbuffer, &settings.splat, job)?;
+        coverage = Coverage {
+            splatted,
+            ..backend.coverage(&gbuffer, job)?
+        };
     }
-    let coverage = backend.coverage(&gbuffer, job)?;
     if plan.runs(Stage::Smooth, coverage.mirror > 0) {
         backend.smooth(&mut gbuffer, &settings.splat, job)?;
     }

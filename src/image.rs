@@ -80,7 +80,9 @@ impl Background {
     pub fn linear(self) -> Vec3 {
         match self {
             Self::Transparent => Vec3::ZERO,
-            Self::Colour(srgb) => Vec3::from(srgb.map(linear_from_srgb)),
+            Self::Colour(srgb) => {
+                Vec3::from(srgb.map(|value| linear_from_srgb(f32::from(value) / 255.0)))
+            }
         }
     }
 }
@@ -140,13 +142,12 @@ pub fn srgb_from_linear(linear: f32) -> u8 {
     (encoded * 255.0 + 0.5) as u8
 }
 
-/// The linear value, 0 to 1, of 8-bit sRGB [IEC 61966-2-1].
-pub fn linear_from_srgb(encoded: u8) -> f32 {
-    let x = f32::from(encoded) / 255.0;
-    if x <= 0.04045 {
-        x / 12.92
+/// The linear value of an sRGB value, both 0 to 1 [IEC 61966-2-1].
+pub fn linear_from_srgb(encoded: f32) -> f32 {
+    if encoded <= 0.04045 {
+        encoded / 12.92
     } else {
-        ((x + 0.055) / 1.055).powf(2.4)
+        ((encoded + 0.055) / 1.055).powf(2.4)
     }
 }
 
@@ -190,7 +191,8 @@ mod tests {
     #[test]
     fn every_8_bit_value_survives_the_way_to_linear_and_back() {
         for value in 0..=255 {
-            assert_eq!(srgb_from_linear(linear_from_srgb(value)), value);
+            let linear = linear_from_srgb(f32::from(value) / 255.0);
+            assert_eq!(srgb_from_linear(linear), value);
         }
     }
 

@@ -19,6 +19,7 @@ pub mod reflect;
 pub mod renderer;
 pub mod scene;
 pub mod settings;
+pub mod text;
 pub mod timing;
 
 pub use error::{Error, Result};

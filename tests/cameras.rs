@@ -27,6 +27,10 @@ pub(crate) fn tests() -> Vec<Trial> {
             "cameras::a_camera_that_cannot_see_is_refused_at_its_line",
             a_blind_camera_is_refused,
         ),
+        claim(
+            "cameras::each_rule_blames_its_own_key",
+            each_rule_blames_its_own_key,
+        ),
     ]
 }
 
@@ -147,14 +151,38 @@ fn a_blind_camera_is_refused() {
     let text = format!("{SMALL}[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 0]\n");
     let refusal = parse(&text).expect("well-formed").camera(bounds, UpAxis::Y);
     assert!(
-        matches!(refusal, Err(Error::Scene { line: Some(4), .. })),
+        matches!(refusal, Err(Error::Scene { line: Some(6), .. })),
         "got {refusal:?}"
     );
     let refusal = with(&text, &["camera.up=0,1,0"])
         .expect("well-formed")
         .camera(bounds, UpAxis::Y);
     assert!(
-        matches!(refusal, Err(Error::Override { .. })),
-        "got {refusal:?}"
+        matches!(refusal, Err(Error::Scene { line: Some(6), .. })),
+        "what is given on top has no part in it, got {refusal:?}"
     );
+}
+
+fn each_rule_blames_its_own_key() {
+    let text = format!(
+        "{SMALL}[camera]\nposition = [0, 0, 9]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nnear = 0.1\nfar = 10\n"
+    );
+    for (sets, culprit) in [
+        (["camera.near=20", "camera.size=80x60"], 0),
+        (["camera.size=80x60", "camera.far=0.05"], 1),
+        (["camera.up=0,0,1", "camera.fov_y_degrees=50"], 0),
+        (["camera.fov_y_degrees=50", "camera.target=0,0,9"], 1),
+        (["camera.position=0,0,0", "camera.size=80x60"], 0),
+        (["camera.position=0,7,0", "camera.size=80x60"], 0),
+    ] {
+        let refusal = with(&text, &sets)
+            .expect("well-formed")
+            .camera(CUBE, UpAxis::Y);
+        match refusal {
+            Err(Error::Override { given, .. }) => {
+                assert_eq!(given, format!("--set {}", sets[culprit]));
+            }
+            other => panic!("{sets:?} gave {other:?}"),
+        }
+    }
 }

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use libtest_mimic::Trial;
 use serde_json::Value;
 
-use crate::program::{ROOM, done, names, program, refused, room, stderr};
+use crate::program::{ROOM, done, json, names, program, refused, room, run, stderr};
 use crate::support::claim;
 
 pub(crate) fn tests() -> Vec<Trial> {
@@ -25,6 +25,18 @@ pub(crate) fn tests() -> Vec<Trial> {
         claim(
             "cli::outputs_are_refused_before_any_work",
             outputs_are_refused_first,
+        ),
+        claim(
+            "cli::what_is_dropped_or_changed_is_said",
+            what_is_dropped_is_said,
+        ),
+        claim(
+            "cli::a_cloud_beyond_all_measure_has_no_points",
+            a_cloud_beyond_all_measure,
+        ),
+        claim(
+            "cli::generate_asks_for_its_folder_first_and_says_what_it_wrote",
+            generate_asks_first,
         ),
         claim("cli::info_counts_and_plans", info_counts_and_plans),
         claim("cli::info_lists_every_setting", info_lists_every_setting),
@@ -69,6 +81,10 @@ fn help_tells_what_there_is() {
         "--help tells the exit status"
     );
     assert!(
+        done(folder.path(), "--help").contains("No light is"),
+        "--help tells that no light is chosen"
+    );
+    assert!(
         done(folder.path(), "generate --help").contains("1600000"),
         "generate --help tells the default"
     );
@@ -108,7 +124,28 @@ fn wrong_usage_ends_with_2() {
             "render room.toml --backend cpu --adapter A",
             "leave one out",
         ),
-        ("info", "--settings"),
+        ("info", "name a scene or a point cloud"),
+        ("info --json", "name a scene or a point cloud"),
+        (
+            "render room.toml --set camera.near=20 --set camera.far=10 --size 80x60",
+            "camera.near=20: camera.near",
+        ),
+        (
+            "render room.toml --set light.0.inner_angle_degrees=40 --set light.0.outer_angle_degrees=30",
+            "light.0.outer_angle_degrees",
+        ),
+        (
+            "render room.toml --set light.0.outer_angle_degrees=85",
+            "from 0 to 80",
+        ),
+        (
+            "render room.toml --set camera.size=0x0 --size 80x60",
+            "--set camera.size=0x0",
+        ),
+        (
+            "render room.toml --set environment.colour=1,1,1",
+            "[[light]]",
+        ),
         ("generate sphre", "sphere"),
         ("generate bunny", "mesh"),
         ("generate sphere --points 0", "1 to"),
@@ -120,6 +157,18 @@ fn wrong_usage_ends_with_2() {
             "{arguments} says {said:?}, and not {says:?}"
         );
     }
+    let output = Command::new(env!("CARGO_BIN_EXE_catoptric"))
+        .current_dir(folder.path())
+        .args(["render", "room.toml", "-o", ""])
+        .output()
+        .expect("it runs");
+    assert_eq!(
+        (output.status.code(), stderr(&output).as_str()),
+        (
+            Some(2),
+            "catoptric: a value is required for '--output <FILE>' but none was supplied; see catoptric --help\n"
+        )
+    );
     assert_eq!(names(folder.path()), ["room.toml"], "nothing is written");
 }
 
@@ -184,7 +233,8 @@ fn outputs_are_refused_first() {
             "both write",
         ),
         ("render scene.toml -o points.exr", 2, "overwrite"),
-        ("render scene.toml --report ./scene.toml", 2, "overwrite"),
+        ("render scene.toml --report ./scene.toml", 2, ".json"),
+        ("render scene.toml --report r.txt", 2, ".json"),
         ("render scene.toml -o nowhere/a.png", 1, "nowhere/a.png"),
     ] {
         let name = folder
@@ -208,6 +258,102 @@ fn outputs_are_refused_first() {
         std::fs::read_to_string(folder.path().join("scene.toml")).expect("the scene"),
         scene,
         "nor overwritten"
+    );
+}
+
+/// An ascii cloud of these points.
+fn write_points(folder: &std::path::Path, name: &str, properties: &str, points: &[&str]) {
+    let text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
+         {properties}end_header\n{}\n",
+        points.len(),
+        points.join("\n")
+    );
+    std::fs::write(folder.join(name), text).expect("a cloud");
+}
+
+fn what_is_dropped_is_said() {
+    let folder = room();
+    let arguments =
+        |cloud: &str| format!("render {cloud} --backend cpu --size 16x12 -o a.png --report a.json");
+    let normals = "property float nx\nproperty float ny\nproperty float nz\n";
+    write_points(
+        folder.path(),
+        "holes.ply",
+        normals,
+        &[
+            "0 0 0 0 0 1",
+            "nan 0 0 0 0 1",
+            "1e300 0 0 0 0 1",
+            "0 inf 0 0 0 1",
+            "1 0 0 0 0 0",
+            "0 1 0 0 0 1",
+        ],
+    );
+    let output = run(folder.path(), &arguments("holes.ply"));
+    assert_eq!(
+        (output.status.code(), stderr(&output).as_str()),
+        (
+            Some(0),
+            "catoptric: 3 points without finite coordinates up to 1e15 were dropped; 1 normal was estimated anew\n"
+        )
+    );
+    let report = json(&folder.path().join("a.json"));
+    assert_eq!(report["repairs"]["not_finite"], 3, "{report}");
+    assert_eq!(report["repairs"]["normals"], 1, "{report}");
+
+    // What a file does not have is no repair.
+    write_points(folder.path(), "bare.ply", "", &["0 0 0", "1 0 0", "0 1 0"]);
+    let output = run(folder.path(), &arguments("bare.ply"));
+    assert_eq!(
+        (output.status.code(), stderr(&output).as_str()),
+        (Some(0), "")
+    );
+    let report = json(&folder.path().join("a.json"));
+    assert_eq!(report["repairs"]["normals"], 0, "{report}");
+}
+
+fn a_cloud_beyond_all_measure() {
+    let folder = room();
+    for far in ["1e300", "1e38", "nan"] {
+        write_points(
+            folder.path(),
+            "far.ply",
+            "",
+            &[&format!("{far} 0 0"), &format!("-{far} 0 0")],
+        );
+        let said = refused(folder.path(), "render far.ply -o a.png --size 80x60", 1);
+        assert!(
+            said.contains("no points left") && said.contains("2 have no finite coordinates"),
+            "{said}"
+        );
+    }
+}
+
+fn generate_asks_first() {
+    let folder = room();
+    for place in ["room.toml", "room.toml/in"] {
+        let said = refused(
+            folder.path(),
+            &format!("generate sphere -o {place} --points 4000000"),
+            2,
+        );
+        assert!(
+            said.contains("room.toml is a file") && said.contains("another place"),
+            "{said}"
+        );
+    }
+    let output = run(folder.path(), "generate sphere -o a/b --points 100");
+    assert_eq!(
+        (output.status.code(), stderr(&output).as_str()),
+        (
+            Some(0),
+            "catoptric: wrote a/b/sphere.ply and a/b/sphere.toml\n"
+        )
+    );
+    assert_eq!(
+        names(&folder.path().join("a/b")),
+        ["sphere.ply", "sphere.toml"]
     );
 }
 

@@ -4,11 +4,13 @@ use std::sync::Arc;
 
 use catoptric::Job;
 use catoptric::backend::cpu::Cpu;
+use catoptric::camera::Camera;
 use catoptric::cloud::generate::{SceneName, generate};
 use catoptric::cloud::{Material, PlacedCloud, Surfels, prepare};
-use catoptric::gbuffer::disc::PixelRect;
 use catoptric::grid::Grid;
-use catoptric::reflect::sscr::{LhcMap, Region};
+use catoptric::reflect::sscr::LhcMap;
+use catoptric::reflect::sscr::curvature::{Axes, LhcSettings, curvature};
+use catoptric::reflect::sscr::lhc::Labeller;
 use catoptric::reflect::{Eye, Surface};
 use glam::{DVec3, UVec2, Vec4};
 
@@ -44,40 +46,20 @@ pub(crate) fn surface(view: &View, hits: &[Hit], tilt: f64) -> Surface<Cpu> {
     }
 }
 
-/// All mirror pixels as one region.
-pub(crate) fn one_region(surface: &Surface<Cpu>) -> LhcMap {
-    let labels: Vec<u32> = surface
-        .point
-        .values()
-        .iter()
-        .map(|p| u32::from(p.w > 0.0))
-        .collect();
-    let width = surface.size.x as usize;
-    let at = |index: usize| ((index % width) as u32, (index / width) as u32);
-    let mut bounds = PixelRect {
-        x0: u32::MAX,
-        y0: u32::MAX,
-        x1: 0,
-        y1: 0,
+/// The regions of a view's mirrors.
+pub(crate) fn regions(view: &View, surface: &Surface<Cpu>) -> LhcMap {
+    let camera = Camera {
+        position: view.position,
+        target: view.target,
+        up: view.up,
+        fov_y_degrees: view.fov_y_degrees,
+        near: 0.05,
+        far: 10.0,
+        size: surface.size,
     };
-    let mut pixels = 0;
-    for (index, _) in labels.iter().enumerate().filter(|(_, label)| **label == 1) {
-        let (x, y) = at(index);
-        bounds.x0 = bounds.x0.min(x);
-        bounds.y0 = bounds.y0.min(y);
-        bounds.x1 = bounds.x1.max(x + 1);
-        bounds.y1 = bounds.y1.max(y + 1);
-        pixels += 1;
-    }
-    LhcMap {
-        labels: Grid::from_vec(surface.size, labels).expect("a label a pixel"),
-        regions: vec![Region {
-            bounds,
-            pixels,
-            weight: 1.0,
-            accumulated_weight: 1.0,
-        }],
-    }
+    let pinhole = camera.pinhole(DVec3::ZERO).expect("a sound camera");
+    let cells = curvature(surface, Axes::from(&pinhole), &LhcSettings::default());
+    Labeller::default().lhc(&cells).clone()
 }
 
 /// A generated scene as surfels.

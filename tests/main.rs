@@ -10,6 +10,7 @@
     reason = "a test may fail by panic, reports its figures, and has no outside"
 )]
 
+mod agree;
 mod analytic;
 mod cameras;
 mod cli;
@@ -41,6 +42,7 @@ use libtest_mimic::Arguments;
 
 fn main() {
     let trials = [
+        agree::tests(),
         cameras::tests(),
         cli::tests(),
         clouds::tests(),

@@ -1,11 +1,11 @@
 //! The traced reference against what analytic mirrors show.
 
-use std::time::Instant;
-
 use catoptric::Job;
+use catoptric::backend::cpu::Cpu;
 use catoptric::cloud::generate::SceneName;
 use catoptric::gbuffer::SplatSettings;
-use catoptric::reflect::ray_trace::{RayTraceSettings, RayTracer, Traced};
+use catoptric::reflect::MirrorGBuffer;
+use catoptric::reflect::ray_trace::{RayTraceSettings, RayTracer};
 use catoptric::timing::Timings;
 use glam::DVec3;
 use libtest_mimic::Trial;
@@ -55,7 +55,12 @@ impl Differences {
 }
 
 /// Compares pixels two pixels inside of the mirror's outline.
-fn differences(oracle: &Oracle, view: &View, hits: &[Hit], traced: &Traced) -> Differences {
+fn differences(
+    oracle: &Oracle,
+    view: &View,
+    hits: &[Hit],
+    traced: &MirrorGBuffer<Cpu>,
+) -> Differences {
     let pixels = inside(view, hits, 2);
     let pairs: Vec<(f64, bool, bool)> = pixels
         .par_iter()
@@ -100,12 +105,11 @@ fn shows_what_the_mirror_shows(scene: SceneName) {
     .expect("a tree that fits");
     let mut trace = |tilt: f64| {
         let surface = surface(&view, &hits, tilt);
-        let start = Instant::now();
-        let traced = tracer
-            .trace(&surface, &mut timings, &Job::default())
+        let mut mirror = MirrorGBuffer::of(&surface);
+        tracer
+            .trace(&surface, &mut mirror, &mut timings, &Job::default())
             .expect("no cancellation");
-        println!("{scene}: traced in {:?}", start.elapsed());
-        differences(&oracle, &view, &hits, &traced)
+        differences(&oracle, &view, &hits, &mirror)
     };
     let found = trace(0.0);
     let tilted = trace(1.0);

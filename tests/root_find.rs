@@ -1,6 +1,8 @@
 //! The search against all roots of analytic scenes.
 
 use catoptric::cloud::generate::SceneName;
+use catoptric::reflect::sscr::Distribution;
+use catoptric::reflect::sscr::distribute::distribute;
 use catoptric::reflect::sscr::mirror_error::MirrorPoint;
 use catoptric::reflect::sscr::root_find::{Outcome, RootFindParams, RootFinder};
 use glam::{DVec2, Vec2, Vec3};
@@ -8,7 +10,7 @@ use libtest_mimic::Trial;
 use rayon::prelude::*;
 
 use crate::analytic::{Oracle, View};
-use crate::ideal::{SPACING, cloud, one_region, surface};
+use crate::ideal::{SPACING, cloud, regions, surface};
 use crate::roots::{Quality, Root, Roots, quality};
 use crate::support::claim;
 
@@ -94,21 +96,16 @@ fn params(threshold: f32) -> RootFindParams {
 }
 
 /// Signature of an error function.
-type ErrorFunction = fn(&MirrorPoint, Vec3, Vec3) -> Vec2;
+type ErrorFunction = fn(&MirrorPoint, Vec3) -> Vec2;
 
-/// Searches for random points of a scene in its mirrors as one region, and compares with all roots.
+/// Searches for random points of a scene in its mirrors' regions, by their weights, and compares with all roots.
 fn measured(scene: &str, params: RootFindParams, error: Option<ErrorFunction>) -> Quality {
     let view = View::REFERENCE;
     let oracle = Oracle::named(scene);
     let hits = oracle.view(&view);
     let surface = surface(&view, &hits, 0.0);
-    let lhc = one_region(&surface);
-    let finder = RootFinder {
-        surface: &surface,
-        lhc: &lhc,
-        right: Vec3::X,
-        params,
-    };
+    let lhc = regions(&view, &surface);
+    let finder = RootFinder::new(&surface, &lhc, Vec3::X, params).expect("a small picture");
     let roots = Roots::new(oracle, view, &hits);
     let name: SceneName = scene.parse().expect("a scene");
     let surfels = cloud(name, POINTS);
@@ -116,9 +113,11 @@ fn measured(scene: &str, params: RootFindParams, error: Option<ErrorFunction>) -
         .into_par_iter()
         .map(|index| {
             let point = surfels.places[index as usize].position;
+            let region = distribute(&lhc.regions, Distribution::Weighted, index, 0);
+            let region = region.expect("a mirror has regions");
             let outcome = match error {
-                None => finder.find(index, point, 1),
-                Some(error) => finder.find_by(error, index, point, 1),
+                None => finder.find(index, point, region),
+                Some(error) => finder.find_by(error, index, point, region),
             };
             let hit = match outcome {
                 Outcome::Found(root) => vec![root.pixel.as_dvec2()],
@@ -149,8 +148,8 @@ fn is_found_as_expected(expected: &Expected) {
 
 /// The error function as printed in the thesis (equation 3.3), all vectors unit, in mirror space: the reflection takes
 /// the eye for the point, and the eye is subtracted before the angle is taken.
-fn printed(mirror: &MirrorPoint, right: Vec3, point: Vec3) -> Vec2 {
-    let space = |d: Vec3| mirror.mirror_space(right, d);
+fn printed(mirror: &MirrorPoint, point: Vec3) -> Vec2 {
+    let space = |d: Vec3| mirror.mirror_space(d);
     let (n, eye) = (space(mirror.normal), space(mirror.to_eye));
     let from_point = space((mirror.position - point).normalize());
     let delta = from_point - n * (2.0 * n.dot(eye)) - eye;
@@ -176,13 +175,8 @@ fn threads_do_not_change_the_hits() {
     };
     let hits = Oracle::named("torus").view(&view);
     let surface = surface(&view, &hits, 0.0);
-    let lhc = one_region(&surface);
-    let finder = RootFinder {
-        surface: &surface,
-        lhc: &lhc,
-        right: Vec3::X,
-        params: params(4.0),
-    };
+    let lhc = regions(&view, &surface);
+    let finder = RootFinder::new(&surface, &lhc, Vec3::X, params(4.0)).expect("a small picture");
     let surfels = cloud(SceneName::Torus, 30_000);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()

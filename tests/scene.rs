@@ -293,7 +293,7 @@ fn wrong_files_are_refused() {
         (
             "format = 1\n[[cloud]]\npath = \"a\"\n[[mirror]]\nshape = \"sphere\"\naxis = [0,0,1]\n",
             6,
-            "\"radius\"",
+            "its keys are centre, radius",
         ),
         (
             "format = 1\n[[cloud]]\npath = \"a\"\n[[light]]\nkind = \"point\"\n",
@@ -309,6 +309,22 @@ fn wrong_files_are_refused() {
             "format = 1\n[[cloud]]\npath = \"a\"\n[[light]]\nkind = \"spot\"\nposition = [0,0]\n",
             6,
             "[x, y, z]",
+        ),
+        (
+            "format = 1\n[[cloud]]\npath = \"a\"\n[[light]]\nkind = \"spot\"\nposition = [0,0,0]\ntarget = [0,0,1]\nintensity = [1,1,1]\n\
+             outer_angle_degrees = 81\n",
+            9,
+            "from 0 to 80 degrees",
+        ),
+        (
+            "format = 1\n[[cloud]]\npath = \"a\"\nbanana = 1\n",
+            4,
+            "its keys are path, generate",
+        ),
+        (
+            "format = 1\n[[cloud]]\npath = \"a\"\n[settings]\nbanana = 1\n",
+            5,
+            "info --settings",
         ),
         (
             "format = 1\n[[cloud]]\npath = \"a\"\n[environment]\ncolour = [1,1,1]\n",

@@ -14,7 +14,7 @@ struct Disc {
     half_squared: f32,
     inverse_half_squared: f32,
     tolerance: f32,      // a fragment this far from the nearest is still blended
-    mirror: bool,        // the front of a mirror
+    class_bits: u32,     // what it may blend with: 0 diffuse points, 1 fronts, 2 backs of mirrors
     behind: bool,        // seen from behind
     first: vec2u,        // pixels that it may cover
     end: vec2u,
@@ -75,7 +75,9 @@ fn disc(place: vec4f, finish: vec4u, params: SplatParams) -> Disc {
     d.inverse_half_squared = 1.0 / d.half_squared;
     d.tolerance = place.w * (params.depth_tolerance + slope);
     d.behind = along > 0.0;
-    d.mirror = !d.behind && finish_mirror(finish) > 0.0;
+    if finish_mirror(finish) > 0.0 {
+        d.class_bits = select(1u, 2u, d.behind);
+    }
     d.first = vec2u(columns.x, max(rows.x, params.rows.x));
     d.end = vec2u(columns.y, min(rows.y, params.rows.y));
     return d;

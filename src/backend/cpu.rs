@@ -12,6 +12,7 @@ use crate::cloud::Surfels;
 use crate::error::{Error, Result};
 use crate::gbuffer::splat::Splatter;
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings, coverage, edl, fill, smooth};
+use crate::gi::light_close::light_close;
 use crate::gi::{GiSettings, shade};
 use crate::grid::Grid;
 use crate::image::ImageSettings;
@@ -66,6 +67,7 @@ impl Backend for Cpu {
         let keys = self.timings.time("light_depth", || {
             self.splatter.depth_keys(points, pinhole, settings, job)
         })?;
+        let keys = self.timings.time("light_close", || light_close(&keys));
         Ok(LightMap {
             pinhole: *pinhole,
             keys,

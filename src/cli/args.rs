@@ -7,8 +7,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Renders point clouds with global illumination, and recognises the mirrors in them.
 ///
-/// A SCENE is a TOML file (docs/SCENE_FILES.md); a CLOUD is a point file (PLY, LAS, LAZ), for which camera, light and up
-/// axis are chosen to fit.
+/// A SCENE is a TOML file (docs/SCENE_FILES.md); a CLOUD is a point file (PLY, LAS, LAZ), for which camera and up axis
+/// are chosen to fit. No light is: without one, points show their colours, shaded by depth.
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 100, after_help = EXIT_STATUS)]
 pub(super) struct Cli {
@@ -139,7 +139,7 @@ pub(super) struct InfoArgs {
     pub(super) json: bool,
 
     /// List every setting instead, with what it does, its unit, range and default.
-    #[arg(long, conflicts_with_all = ["path", "mesh", "set"], required_unless_present = "path")]
+    #[arg(long, conflicts_with_all = ["path", "mesh", "set"])]
     pub(super) settings: bool,
 }
 

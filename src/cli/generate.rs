@@ -6,7 +6,7 @@ use catoptric::cloud::generate::{
     CloudSource, DEFAULT_POINTS, MAX_POINTS, SceneName, generate as generate_cloud, scene_toml,
 };
 use catoptric::cloud::{TriangleMesh, write_ply};
-use catoptric::output::write_atomically;
+use catoptric::output::{check_writable, write_atomically};
 use catoptric::scene::DEFAULT_SEED;
 
 use super::args::GenerateArgs;
@@ -18,7 +18,7 @@ pub(super) fn generate(args: &GenerateArgs) -> anyhow::Result<()> {
         .name
         .parse()
         .map_err(|e: catoptric::Error| Usage(e.to_string()))?;
-    let (job, _progress) = terminal::job()?;
+    let (job, progress) = terminal::job()?;
     let mesh = args
         .mesh
         .as_ref()
@@ -38,6 +38,9 @@ pub(super) fn generate(args: &GenerateArgs) -> anyhow::Result<()> {
         ))
         .into());
     }
+    let [ply, toml] = ["ply", "toml"].map(|ending| folder.join(format!("{name}.{ending}")));
+    check_folder(folder, &[&ply, &toml])?;
+
     let cloud = generate_cloud(name, points, seed, mesh.as_ref(), &job)?;
     if !folder.as_os_str().is_empty() {
         std::fs::create_dir_all(folder).map_err(|source| catoptric::Error::Write {
@@ -45,13 +48,35 @@ pub(super) fn generate(args: &GenerateArgs) -> anyhow::Result<()> {
             source,
         })?;
     }
-    let ply = folder.join(format!("{name}.ply"));
     write_atomically(&ply, |file| {
         write_ply(file, &ply, &cloud, &job).map_err(std::io::Error::other)
     })?;
-    let toml = scene_toml(name, CloudSource::File(&format!("{name}.ply")));
-    write_atomically(&folder.join(format!("{name}.toml")), |file| {
-        file.write_all(toml.as_bytes())
-    })?;
+    let text = scene_toml(name, CloudSource::File(&format!("{name}.ply")));
+    write_atomically(&toml, |file| file.write_all(text.as_bytes()))?;
+    drop(progress);
+    terminal::say(&format!("wrote {} and {}", ply.display(), toml.display()));
     Ok(())
+}
+
+/// Refuses, before any work, a folder that cannot be made or in which `files` cannot be written.
+fn check_folder(folder: &Path, files: &[&Path]) -> anyhow::Result<()> {
+    let is_empty = |path: &Path| path.as_os_str().is_empty();
+    let nearest = folder
+        .ancestors()
+        .find(|path| !is_empty(path) && path.exists());
+    match nearest {
+        Some(path) if !path.is_dir() => Err(Usage(format!(
+            "--output is a folder to write to, and {} is a file; name another place",
+            path.display()
+        ))
+        .into()),
+        Some(path) if path != folder => Ok(check_writable(&path.join("scene"))?),
+        None if !is_empty(folder) => Ok(check_writable(Path::new("scene"))?),
+        Some(_) | None => {
+            for file in files {
+                check_writable(file)?;
+            }
+            Ok(())
+        }
+    }
 }

@@ -2,14 +2,16 @@
 
 use std::io::Write as _;
 
-use catoptric::cloud::{CloudFacts, Facts, Repairs};
+use catoptric::cloud::{Bounds, CloudFacts, Facts, Repairs};
 use catoptric::plan::{Plan, Row, State};
 use catoptric::scene::{LoadedScene, Scene};
 use catoptric::settings::{Description, Settings};
+use catoptric::text::printable;
+use glam::DVec3;
 use serde_json::json;
 
 use super::args::{InfoArgs, SceneArgs, ViewArgs};
-use super::terminal::{self, printable};
+use super::terminal;
 
 /// Prints to stdout.
 pub(super) fn info(args: &InfoArgs) -> anyhow::Result<()> {
@@ -81,16 +83,21 @@ fn as_text(scene: &Scene, loaded: &LoadedScene, plan: &Plan) -> String {
         lines.extend(of_cloud(cloud));
     }
     let camera = &loaded.camera;
+    let decimals = decimals_of(*bounds);
+    let at = |p: DVec3| rounded(p, decimals).to_string();
     lines.push(String::new());
     lines.extend([
         row(
             "points",
             &format!("{points}, of which {mirror_points} mirror"),
         ),
-        row("bounds", &format!("{} to {}", bounds.min, bounds.max)),
-        row("size", &bounds.size().to_string()),
+        row(
+            "bounds",
+            &format!("{} to {}", at(bounds.min), at(bounds.max)),
+        ),
+        row("size", &at(bounds.size())),
         row("spacing", &format!("{spacing:.4} (median)")),
-        row("origin", &origin.to_string()),
+        row("origin", &at(*origin)),
         row(
             "specular",
             if *has_specular { "some points" } else { "none" },
@@ -102,7 +109,11 @@ fn as_text(scene: &Scene, loaded: &LoadedScene, plan: &Plan) -> String {
             "camera",
             &format!(
                 "at {} to {}, {} degrees, {}x{} pixels",
-                camera.position, camera.target, camera.fov_y_degrees, camera.size.x, camera.size.y
+                at(camera.position),
+                at(camera.target),
+                camera.fov_y_degrees,
+                camera.size.x,
+                camera.size.y
             ),
         ),
         row(
@@ -116,6 +127,22 @@ fn as_text(scene: &Scene, loaded: &LoadedScene, plan: &Plan) -> String {
     lines.extend([String::new(), "what runs".to_owned()]);
     lines.extend(plan.rows.iter().map(of_stage));
     lines.join("\n")
+}
+
+/// Decimals that show a millionth of the box, 0 to 9.
+fn decimals_of(bounds: Bounds) -> i32 {
+    let size = bounds.size().max_element();
+    if size > 0.0 {
+        (6 - size.log10().ceil() as i32).clamp(0, 9)
+    } else {
+        6
+    }
+}
+
+fn rounded(p: DVec3, decimals: i32) -> DVec3 {
+    let scale = 10f64.powi(decimals);
+    // The sum makes -0 a 0.
+    (p * scale).round() / scale + 0.0
 }
 
 fn of_cloud(cloud: &CloudFacts) -> Vec<String> {
@@ -150,29 +177,11 @@ fn of_cloud(cloud: &CloudFacts) -> Vec<String> {
 }
 
 fn of_repairs(repairs: &Repairs) -> String {
-    let Repairs {
-        not_finite,
-        withheld,
-        normals,
-        radii,
-        values,
-    } = repairs;
-    let counted = [
-        (not_finite, "points without finite coordinates dropped"),
-        (withheld, "withheld points dropped"),
-        (normals, "normals estimated anew"),
-        (radii, "radii estimated anew"),
-        (values, "values clamped"),
-    ];
-    let some: Vec<String> = counted
-        .iter()
-        .filter(|(n, _)| **n > 0)
-        .map(|(n, what)| format!("{n} {what}"))
-        .collect();
-    if some.is_empty() {
+    let done = repairs.sentences();
+    if done.is_empty() {
         "none needed".into()
     } else {
-        some.join(", ")
+        done.join("; ")
     }
 }
 
@@ -221,4 +230,27 @@ fn settings_as_json() -> Vec<serde_json::Value> {
         })
     };
     Settings::describe().into_iter().map(as_json).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_are_shown_to_a_millionth_of_the_box() {
+        let around = |size: f64| Bounds {
+            min: DVec3::splat(1.0 / 3.0),
+            max: DVec3::splat(1.0 / 3.0 + size),
+        };
+        for (size, expected) in [
+            (2000.0, "[0.33, -0.33, 0]"),
+            (2.0, "[0.33333, -0.33333, 0]"),
+            (1e9, "[0, 0, 0]"),
+            (0.0, "[0.333333, -0.333333, 0]"),
+        ] {
+            let p = DVec3::new(1.0 / 3.0, -1.0 / 3.0, -1e-12);
+            let got = rounded(p, decimals_of(around(size))).to_string();
+            assert_eq!(got, expected, "in a box of {size}");
+        }
+    }
 }

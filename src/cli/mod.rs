@@ -55,11 +55,20 @@ fn sentence(refusal: &clap::Error) -> String {
         return "what is to be done is missing; see catoptric --help".into();
     }
     let text = refusal.render().to_string();
+    // The usage line alone tells which command lacks something.
+    if refusal.kind() == ErrorKind::MissingRequiredArgument
+        && text.contains("Usage: catoptric info")
+    {
+        return "name a scene or a point cloud, or ask for --settings; see catoptric info --help"
+            .into();
+    }
     let lines = text
         .lines()
         .map(str::trim)
         .take_while(|line| !line.starts_with("Usage:"));
-    let parts: Vec<&str> = lines.filter(|line| !line.is_empty()).collect();
+    let parts: Vec<&str> = lines
+        .filter(|line| !line.is_empty() && !line.starts_with("For more information"))
+        .collect();
     let message = parts.join("; ").replace(":;", ":");
     format!(
         "{}; see catoptric --help",

@@ -72,9 +72,16 @@ fn check_kind(output: &Output<'_>) -> Result<(), Usage> {
         (Content::GBuffer, Ok(PictureFormat::Png) | Err(_)) if has_ending(output.path) => {
             refused("an .exr file")
         }
-        (Content::Json, Ok(_)) if has_ending(output.path) => refused("a .json file"),
+        (Content::Json, _) if has_ending(output.path) && !is_json(output.path) => {
+            refused("a .json file")
+        }
         _ => Ok(()),
     }
+}
+
+fn is_json(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("json"))
 }
 
 /// Devices and pipes (/dev/stdout) have no ending, and take anything.

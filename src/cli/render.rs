@@ -61,6 +61,7 @@ pub(super) fn render(args: &RenderArgs) -> anyhow::Result<()> {
     let (job, progress) = terminal::job()?;
     let rendered = frame(scene, &choice, &kinds(args, picture)?, &job)?;
     drop(progress);
+    terminal::say_repairs(&rendered.loaded.facts.repairs);
     if choice == BackendChoice::Auto && rendered.renderer.backend() == "cpu" {
         terminal::say(
             "no graphics card could be used, so the CPU rendered (--backend cpu asks for it)",
@@ -191,6 +192,7 @@ fn report(rendered: &Rendered) -> Report {
         backend: renderer.backend().to_owned(),
         adapter: renderer.adapter(),
         points: loaded.facts.points,
+        repairs: loaded.facts.repairs,
         size: [x, y],
         origin: loaded.surfels.origin,
         settings: scene.settings.changed().into_iter().collect(),

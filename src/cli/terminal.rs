@@ -1,31 +1,24 @@
 //! The terminal: messages, progress, and the interrupt that cancels.
 
-use std::fmt::Write as _;
 use std::io::{IsTerminal as _, Write as _};
 use std::sync::Mutex;
 
+use catoptric::cloud::Repairs;
+use catoptric::text::printable;
 use catoptric::{Job, Progress};
 use indicatif::{ProgressBar, ProgressStyle};
-
-/// `text` with everything that could steer a terminal written out.
-pub(super) fn printable(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        // Marks of writing direction reorder what a person reads.
-        let steers = c.is_control()
-            || matches!(c, '\u{61c}' | '\u{200e}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-        if steers {
-            let _ = write!(out, "{}", c.escape_default());
-        } else {
-            out.push(c);
-        }
-    }
-    out
-}
 
 /// One line on stderr; a closed stderr is nobody's concern.
 pub(super) fn say(message: &str) {
     let _ = writeln!(std::io::stderr(), "catoptric: {}", printable(message));
+}
+
+/// Says what was dropped and changed, where something was.
+pub(super) fn say_repairs(repairs: &Repairs) {
+    let done = repairs.sentences();
+    if !done.is_empty() {
+        say(&done.join("; "));
+    }
 }
 
 /// A job that Ctrl-C cancels and that shows its progress where stderr is a terminal.
@@ -107,19 +100,5 @@ pub(super) fn show_warnings() {
     // A second call would find the first one's logger, which is the same.
     if log::set_logger(&Warnings).is_ok() {
         log::set_max_level(log::LevelFilter::Warn);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_from_files_cannot_steer_the_terminal() {
-        assert_eq!(
-            printable("a\u{1b}[31mb\n\u{202e}c"),
-            "a\\u{1b}[31mb\\n\\u{202e}c"
-        );
-        assert_eq!(printable("Höhe – 高さ"), "Höhe – 高さ");
     }
 }

@@ -3,21 +3,13 @@
 use glam::Vec3;
 
 use super::ColourBits;
+use crate::image::linear_from_srgb;
 
 /// Largest value of an 8-bit channel.
 const EIGHT_BIT_MAX: f32 = 255.0;
 
 /// Largest value of a 16-bit channel.
 const SIXTEEN_BIT_MAX: f32 = 65_535.0;
-
-/// Linear value of an sRGB value, both 0 to 1. IEC 61966-2-1.
-pub(super) fn linear_from_srgb(value: f32) -> f32 {
-    if value <= 0.040_45 {
-        value / 12.92
-    } else {
-        ((value + 0.055) / 1.055).powf(2.4)
-    }
-}
 
 /// Largest value of a channel, by the caller's word or, failing that, by the values themselves: writers disagree on
 /// whether 8-bit colours are stretched to 16 bits.

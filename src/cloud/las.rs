@@ -11,11 +11,12 @@ use glam::DVec3;
 use las::{Header, PointDataBuilder, Reader};
 
 use self::columns::Columns;
-use super::guard::{printable, require_memory};
+use super::guard::require_memory;
 use super::read::Source;
 use super::{RawCloud, ReadOptions, UpAxis};
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::text::short_name;
 
 const BUFFER: usize = 1 << 20; // bytes
 
@@ -85,7 +86,7 @@ fn las_error(source: &Source<'_>, error: las::Error) -> Error {
         las::Error::Io(error) => source.io_error(error),
         other => source.error(format!(
             "the LAS decoder does not understand it ({})",
-            printable(&other.to_string())
+            short_name(&other.to_string())
         )),
     }
 }

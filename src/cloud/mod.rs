@@ -25,6 +25,7 @@ pub(crate) use guard::require_memory;
 pub use facts::{Bounds, CloudFacts, Facts};
 pub use mesh::{Faces, TriangleMesh};
 pub use neighbours::{NORMAL_NEIGHBOURS, SPACING_NEIGHBOURS};
+pub(crate) use placed::{is_sound, transform_fault};
 pub use ply_write::write_ply;
 pub use prepare::{Material, PlacedCloud, Prepared, prepare};
 pub use raw::{RawCloud, Repairs, UpAxis};

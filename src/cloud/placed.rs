@@ -11,8 +11,8 @@ use crate::error::{Error, Result};
 /// Farther from 0 no survey reaches, and squares of distances would leave single precision.
 const FARTHEST: f64 = 1e15;
 
-/// Smallest volume of a transformed unit cube, as a part of its longest edge's cube, that is not flat.
-const FLAT: f64 = 1e-12;
+/// Largest volume of a transformed unit cube, relative to a cuboid of the same edges, that is flat.
+const FLAT: f64 = 1e-9;
 
 /// Values beyond their range by less than this are rounding.
 const VALUE_EPS: f32 = 1e-3;
@@ -47,7 +47,9 @@ pub(super) fn place(cloud: PlacedCloud, first: u32) -> Result<Placed> {
     } = cloud;
     check_lengths(&raw, &name)?;
     if let Some(transform) = transform {
-        check_transform(&transform, &name)?;
+        if let Some(fault) = transform_fault(&transform) {
+            return Err(Error::Setting(format!("the transform of {name} {fault}")));
+        }
         raw.positions
             .par_iter_mut()
             .for_each(|p| *p = transform.transform_point3(*p));
@@ -149,24 +151,21 @@ fn check_lengths(raw: &RawCloud, name: &str) -> Result<()> {
     }
 }
 
-fn check_transform(transform: &DMat4, name: &str) -> Result<()> {
-    let refuse = |why: &str| Err(Error::Setting(format!("the transform of {name} {why}")));
-    let longest = transform
-        .x_axis
-        .length()
-        .max(transform.y_axis.length())
-        .max(transform.z_axis.length());
-    let volume = transform.determinant();
-    if !transform.is_finite() {
-        refuse("holds a number that is not finite")
-    } else if transform.row(3) != glam::DVec4::W {
-        refuse("is not affine; its last row must be 0 0 0 1")
-    } else if volume.abs() <= FLAT * longest.powi(3) {
-        refuse("flattens it (it is singular); every axis must keep some length")
+/// Why a transform cannot place a cloud, where it cannot.
+pub(crate) fn transform_fault(scene_from_cloud: &DMat4) -> Option<&'static str> {
+    let axes = glam::DMat3::from_mat4(*scene_from_cloud);
+    let volume = axes.determinant();
+    let edges = axes.x_axis.length() * axes.y_axis.length() * axes.z_axis.length();
+    if !scene_from_cloud.is_finite() || !edges.is_finite() {
+        Some("holds a number that is not finite or too large")
+    } else if scene_from_cloud.row(3) != glam::DVec4::W {
+        Some("must have 0, 0, 0, 1 as its last row; it moves, turns and scales")
+    } else if volume.abs() <= FLAT * edges {
+        Some("is singular and would flatten the cloud; its first three columns must span space")
     } else if volume < 0.0 {
-        refuse("mirrors it; turn one of its axes")
+        Some("mirrors the cloud (negative determinant); only motions and scalings are allowed")
     } else {
-        Ok(())
+        None
     }
 }
 
@@ -187,8 +186,8 @@ fn move_directions(raw: &mut RawCloud, transform: &DMat4) {
     }
 }
 
-/// Whether a point is somewhere.
-fn is_sound(p: &DVec3) -> bool {
+/// Whether a point is somewhere: finite, and no farther from 0 than 1e15.
+pub(crate) fn is_sound(p: &DVec3) -> bool {
     p.is_finite() && p.abs().max_element() <= FARTHEST
 }
 

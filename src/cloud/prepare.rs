@@ -158,7 +158,9 @@ fn no_points(repairs: Repairs) -> Error {
     Error::NoPoints(match (repairs.not_finite, repairs.withheld) {
         (0, 0) => "name a cloud that has some".to_owned(),
         (lost, withheld) => {
-            format!("{lost} have no finite coordinates and {withheld} are withheld by their file")
+            format!(
+                "{lost} have no finite coordinates up to 1e15 and {withheld} are withheld by their file"
+            )
         }
     })
 }

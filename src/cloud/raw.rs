@@ -28,7 +28,7 @@ impl UpAxis {
 /// What was dropped or repaired on the way from the file to the surfels. Nothing is lost silently.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Repairs {
-    /// Points without finite coordinates, dropped.
+    /// Points without finite coordinates, or farther from 0 than 1e15, dropped.
     pub not_finite: u64,
     /// Points that the file itself marks as withdrawn (LAS: withheld), dropped.
     pub withheld: u64,
@@ -38,6 +38,52 @@ pub struct Repairs {
     pub radii: u64,
     /// Colour or material values that were not finite or out of range, clamped.
     pub values: u64,
+}
+
+impl Repairs {
+    /// What was done, a sentence each; none where nothing was.
+    pub fn sentences(&self) -> Vec<String> {
+        let Self {
+            not_finite,
+            withheld,
+            normals,
+            radii,
+            values,
+        } = *self;
+        let done = |count: u64, one: &str, many: &str, what: &str| {
+            let (noun, verb) = if count == 1 {
+                (one, "was")
+            } else {
+                (many, "were")
+            };
+            (count > 0).then(|| format!("{count} {noun} {verb} {what}"))
+        };
+        [
+            done(
+                not_finite,
+                "point without finite coordinates up to 1e15",
+                "points without finite coordinates up to 1e15",
+                "dropped",
+            ),
+            done(
+                withheld,
+                "point that its file withholds",
+                "points that their file withholds",
+                "dropped",
+            ),
+            done(normals, "normal", "normals", "estimated anew"),
+            done(radii, "radius", "radii", "estimated anew"),
+            done(
+                values,
+                "value out of range",
+                "values out of range",
+                "clamped",
+            ),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
 }
 
 impl std::ops::AddAssign for Repairs {

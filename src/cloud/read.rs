@@ -32,14 +32,40 @@ pub struct ReadOptions {
 }
 
 /// An opened point file, whose length bounds every count that it claims.
-pub(super) struct Source<'a> {
+pub(in crate::cloud) struct Source<'a> {
     pub(super) path: &'a Path,
     pub(super) file: File,
     /// Bytes.
     pub(super) length: u64,
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    /// Opens a regular file that is not empty.
+    pub(super) fn open(path: &'a Path) -> Result<Self> {
+        let read_error = |source| Error::Read {
+            path: path.to_owned(),
+            source,
+        };
+
+        // Opening a pipe would wait for its writer.
+        let kind = std::fs::metadata(path).map_err(read_error)?;
+        if kind.is_dir() {
+            return Err(Error::cloud(path, "it is a folder; name a file in it"));
+        }
+        if !kind.is_file() {
+            return Err(Error::cloud(
+                path,
+                "it is not a regular file; copy its content to a file first",
+            ));
+        }
+        let file = File::open(path).map_err(read_error)?;
+        let length = file.metadata().map_err(read_error)?.len();
+        if length == 0 {
+            return Err(Error::cloud(path, "it is empty"));
+        }
+        Ok(Self { path, file, length })
+    }
+
     /// A sentence about this file.
     pub(super) fn error(&self, problem: impl Into<String>) -> Error {
         Error::cloud(self.path, problem)
@@ -67,38 +93,16 @@ impl Source<'_> {
 /// [`Error::Read`] where the system refuses, [`Error::Cloud`] where the file is no regular file, of another kind, or
 /// broken, [`Error::Memory`], [`Error::Cancelled`].
 pub fn read_cloud(path: &Path, options: &ReadOptions, job: &Job) -> Result<RawCloud> {
-    let read_error = |source| Error::Read {
-        path: path.to_owned(),
-        source,
-    };
-
-    // Opening a pipe would wait for its writer.
-    let kind = std::fs::metadata(path).map_err(read_error)?;
-    if kind.is_dir() {
-        return Err(Error::cloud(
-            path,
-            "it is a folder; name a point file in it",
-        ));
-    }
-    if !kind.is_file() {
-        return Err(Error::cloud(
-            path,
-            "it is not a regular file; copy its content to a file first",
-        ));
-    }
-    let mut file = File::open(path).map_err(read_error)?;
-    let length = file.metadata().map_err(read_error)?.len();
-    if length == 0 {
-        return Err(Error::cloud(path, "it is empty"));
-    }
+    let mut source = Source::open(path)?;
 
     // The magic decides; the extension only words the refusal.
     let mut magic = [0; 4];
-    let magic_length = length.min(4) as usize;
-    file.read_exact(magic.get_mut(..magic_length).unwrap_or_default())
-        .map_err(read_error)?;
-    file.rewind().map_err(read_error)?;
-    let source = Source { path, file, length };
+    let magic_length = source.length.min(4) as usize;
+    source
+        .file
+        .read_exact(magic.get_mut(..magic_length).unwrap_or_default())
+        .and_then(|()| source.file.rewind())
+        .map_err(|e| source.io_error(e))?;
     match &magic {
         b"LASF" => guarded(path, || las::read(source, options, job)),
         [b'p', b'l', b'y', end] if end.is_ascii_whitespace() => {

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::neighbours::{Want, estimate};
+use super::placed::is_sound;
 use super::tint::percentile;
 use super::{Bounds, PlacedCloud};
 use crate::error::Result;
@@ -28,12 +29,7 @@ pub fn typical_spacing(cloud: &PlacedCloud, job: &Job) -> Result<f64> {
     if let Some(median) = percentile(&mut radii, 0.5) {
         return Ok(f64::from(median) * scale);
     }
-    let finite = cloud
-        .raw
-        .positions
-        .iter()
-        .copied()
-        .filter(|p| p.is_finite());
+    let finite = cloud.raw.positions.iter().copied().filter(is_sound);
     let extent = Bounds::of(finite).size().max_element();
     let extent = if extent > 0.0 && extent.is_finite() {
         extent
@@ -44,14 +40,7 @@ pub fn typical_spacing(cloud: &PlacedCloud, job: &Job) -> Result<f64> {
 }
 
 fn estimated(cloud: &PlacedCloud, job: &Job) -> Result<Vec<f32>> {
-    let finite = || {
-        cloud
-            .raw
-            .positions
-            .iter()
-            .copied()
-            .filter(|p| p.is_finite())
-    };
+    let finite = || cloud.raw.positions.iter().copied().filter(is_sound);
     let centre = Bounds::of(finite()).centre();
     let positions: Vec<Vec3> = finite().map(|p| (p - centre).as_vec3()).collect();
     let mut radii = vec![0.0; positions.len()];

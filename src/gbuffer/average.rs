@@ -19,7 +19,7 @@ pub struct Pixel {
 
 /// The surfel that a pixel shows; all zero where it shows none.
 pub fn average(key: u32, sums: &Sums) -> Pixel {
-    let Some((front, _)) = depth_from_key(key) else {
+    let Some(front) = depth_from_key(key) else {
         return Pixel::default();
     };
     let [weight, behind, specular, shininess] = sums.depth.map(|v| v as f32);

@@ -15,7 +15,7 @@ pub fn depth<const COUNT: bool>(tile: &mut Tile, discs: &[Disc], pinhole: &Pinho
     for disc in discs {
         let rim = RIM * disc.half_squared;
         area.visit(disc, pinhole, |pixel, depth, distance| {
-            let key = depth_key(depth, disc.mirror, COUNT && distance > rim);
+            let key = depth_key(depth, disc.class, COUNT && distance > rim);
             keys[pixel] = keys[pixel].min(key);
             if COUNT {
                 counts[pixel] += 1;

@@ -1,11 +1,13 @@
 //! Pass `edl`: eye-dome lighting, shading from depth alone, for scenes without light. CPU twin of `shaders/edl.wgsl`.
 //!
 //! A pixel darkens by how far its neighbours stand out in front of it [Boucheny 2009, Interactive scientific
-//! visualization of large datasets, ch. 5].
+//! visualization of large datasets, ch. 5]; here in front of its own plane, so that a tilted surface does not darken, whatever
+//! the size of the picture.
 
 use glam::Vec4;
 use rayon::prelude::*;
 
+use super::fill::plane_depth;
 use super::{GBuffer, column_row};
 use crate::backend::cpu::Cpu;
 use crate::error::Result;
@@ -44,6 +46,7 @@ pub fn edl(gbuffer: &GBuffer<Cpu>, settings: &ImageSettings, job: &Job) -> Resul
             let Some(here) = gbuffer.at(x, y).filter(|_| !job.is_cancelled()) else {
                 return;
             };
+            let (normal, direction) = (here.surface.truncate(), gbuffer.direction(x, y));
             let mut response = 0.0;
             for (dx, dy) in DIRECTIONS {
                 let (u, v) = (
@@ -51,7 +54,13 @@ pub fn edl(gbuffer: &GBuffer<Cpu>, settings: &ImageSettings, job: &Job) -> Resul
                     round(dy * settings.edl_radius),
                 );
                 if let Some(there) = gbuffer.at(x + u, y + v) {
-                    response += (here.surface.w / there.surface.w).log2().max(0.0);
+                    let expected = plane_depth(
+                        normal,
+                        direction,
+                        here.surface.w,
+                        gbuffer.direction(x + u, y + v),
+                    );
+                    response += (expected / there.surface.w).log2().max(0.0);
                 }
             }
             let shade = (-EDL_GAIN * settings.edl_strength * response / 8.0).exp();

@@ -144,14 +144,14 @@ fn fill_pixel(gbuffer: &GBuffer<Cpu>, ring: u32, x: i32, y: i32) -> Option<Pixel
     })
 }
 
-/// Empties leaks, and fills holes ring by ring.
+/// Empties leaks and fills holes, ring by ring.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn fill(gbuffer: &mut GBuffer<Cpu>, settings: &SplatSettings, job: &Job) -> Result<()> {
     let width = gbuffer.material.width();
-    leak(gbuffer, job);
     for ring in 1..=settings.fill {
+        leak(gbuffer, ring, job);
         job.check()?;
         let filled: Vec<(usize, Pixel)> = (gbuffer.material.values().par_iter().enumerate())
             .filter(|(_, m)| m.w == 0.0 && !job.is_cancelled())

@@ -13,7 +13,7 @@ use crate::job::Job;
 pub const LEAK_NEIGHBOURS: usize = 7;
 
 /// Whether column `x`, row `y` shows the background through a nearer surface.
-fn leaks(gbuffer: &GBuffer<Cpu>, x: i32, y: i32) -> bool {
+fn leaks(gbuffer: &GBuffer<Cpu>, ring: u32, x: i32, y: i32) -> bool {
     let Some(own) = gbuffer.at(x, y) else {
         return false;
     };
@@ -26,13 +26,13 @@ fn leaks(gbuffer: &GBuffer<Cpu>, x: i32, y: i32) -> bool {
     if super::fill::NEIGHBOURS.iter().filter(|n| nearer(n)).count() < LEAK_NEIGHBOURS {
         return false;
     }
-    let seen = neighbours(gbuffer, 1, x, y);
+    let seen = neighbours(gbuffer, ring, x, y);
     let (chosen, votes) = vote(seen.as_slice());
     votes >= LEAK_NEIGHBOURS && chosen.depth + AGREE_SPACINGS * chosen.pixel.material.z < depth
 }
 
-/// Empties every pixel that leaks.
-pub(super) fn leak(gbuffer: &mut GBuffer<Cpu>, job: &Job) {
+/// Empties every pixel that leaks, judged by its neighbours before ring `ring`: wider leaks close from their border.
+pub(super) fn leak(gbuffer: &mut GBuffer<Cpu>, ring: u32, job: &Job) {
     let width = gbuffer.material.width();
     let leaking: Vec<(usize, Pixel)> = (0..gbuffer.material.values().len())
         .into_par_iter()
@@ -41,7 +41,7 @@ pub(super) fn leak(gbuffer: &mut GBuffer<Cpu>, job: &Job) {
                 return false;
             }
             let (x, y) = column_row(i, width);
-            leaks(gbuffer, x, y)
+            leaks(gbuffer, ring, x, y)
         })
         .map(|i| (i, Pixel::default()))
         .collect();

@@ -19,6 +19,7 @@ use glam::{UVec2, Vec2, Vec3, Vec4};
 use crate::backend::Backend;
 use crate::backend::cpu::Cpu;
 use crate::camera::Pinhole;
+use crate::cloud::Finish;
 use crate::grid::Grid;
 use crate::settings_group;
 use average::Pixel;
@@ -105,18 +106,49 @@ pub(crate) fn column_row(index: usize, width: usize) -> (i32, i32) {
 /// The depth key of a pixel in which nothing is seen.
 pub const EMPTY: u32 = u32::MAX;
 
-/// A fragment of the nearest surface as one integer that sorts by depth: bit 31 says whether it lies on its disc's rim,
-/// bits 30 to 1 are those of the (positive) depth, bit 0 says whether it is a mirror.
-///
-/// A rim yields to any surface behind it, so that silhouettes grow less than the discs reach over them. Mirrors and other
-/// points never blend; the nearest decides the pixel's class.
-pub fn depth_key(depth: f32, mirror: bool, rim: bool) -> u32 {
-    depth.to_bits() & !1 | u32::from(mirror) | u32::from(rim) << 31
+/// What a surfel may blend with: nothing of another class.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Class {
+    /// Points that are no mirror, from either side.
+    Diffuse = 0,
+    /// Mirrors from the front.
+    MirrorFront = 1,
+    /// Mirrors from behind: opaque and black.
+    MirrorBack = 2,
 }
 
-/// The depth of a key, and whether it is a mirror; `None` for [`EMPTY`].
-pub fn depth_from_key(key: u32) -> Option<(f32, bool)> {
-    (key != EMPTY).then(|| (f32::from_bits(key & 0x7fff_fffe), key & 1 == 1))
+impl Class {
+    /// The class of a surfel seen from one side.
+    pub fn of(finish: Finish, behind: bool) -> Self {
+        match (finish.mirror() > 0.0, behind) {
+            (false, _) => Self::Diffuse,
+            (true, false) => Self::MirrorFront,
+            (true, true) => Self::MirrorBack,
+        }
+    }
+}
+
+/// Bits of a depth key that hold the class.
+const CLASS_BITS: u32 = 3;
+
+/// A fragment of the nearest surface as one integer that sorts by depth: bit 31 says whether it lies on its disc's rim,
+/// bits 30 to 2 are those of the (positive) depth, bits 1 and 0 are its class.
+///
+/// A rim yields to any surface behind it, so that silhouettes grow less than the discs reach over them. Classes never
+/// blend; the nearest decides the pixel's.
+pub fn depth_key(depth: f32, class: Class, rim: bool) -> u32 {
+    depth.to_bits() & !CLASS_BITS | class as u32 | u32::from(rim) << 31
+}
+
+/// The depth of a key; `None` for [`EMPTY`].
+pub fn depth_from_key(key: u32) -> Option<f32> {
+    (key != EMPTY).then(|| f32::from_bits(key & !CLASS_BITS & !(1 << 31)))
+}
+
+/// Whether two keys, neither of them [`EMPTY`], are of one class.
+pub fn same_class(a: u32, b: u32) -> bool {
+    (a ^ b) & CLASS_BITS == 0
 }
 
 /// How many pixels of a G-buffer show something.

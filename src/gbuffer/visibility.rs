@@ -9,7 +9,7 @@ use wide::{f32x4, i32x4};
 
 use super::disc::{Disc, weight};
 use super::tile::Tile;
-use super::{EMPTY, depth_from_key};
+use super::{EMPTY, depth_from_key, depth_key, same_class};
 use crate::camera::Pinhole;
 use crate::cloud::Finish;
 
@@ -55,7 +55,7 @@ pub(crate) fn attributes(finish: Finish, behind: bool) -> (f32x4, f32x4, f32x4) 
 pub fn visibility(tile: &mut Tile, discs: &[Disc], pinhole: &Pinhole) {
     // Per pixel once, not per fragment: the scale, and the nearest's depth with its inverse.
     tile.prepare_fronts(|key, count| match depth_from_key(key) {
-        Some((depth, _)) => [scale(count), depth, 1.0 / depth],
+        Some(depth) => [scale(count), depth, 1.0 / depth],
         None => [0.0, 0.0, 0.0],
     });
     let Tile {
@@ -70,11 +70,11 @@ pub fn visibility(tile: &mut Tile, discs: &[Disc], pinhole: &Pinhole) {
         area.visit(disc, pinhole, |pixel, depth, distance| {
             let key = keys[pixel];
             let [scale, front, inverse_front] = fronts[pixel];
-            let depth = f32::from_bits(depth.to_bits() & !1);
-            if key == EMPTY
-                || (key & 1 == 1) != disc.mirror
-                || (depth - front).abs() > disc.tolerance
-            {
+            let own = depth_key(depth, disc.class, false);
+            let Some(depth) = depth_from_key(own) else {
+                return;
+            };
+            if key == EMPTY || !same_class(key, own) || (depth - front).abs() > disc.tolerance {
                 return;
             }
             let s = weight(distance * disc.inverse_half_squared) * scale;

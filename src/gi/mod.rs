@@ -1,6 +1,7 @@
 //! Light: the spot's shadow map, and shading.
 
 mod light;
+pub mod light_close;
 pub mod shade;
 
 pub use light::{MAX_OUTER_DEGREES, SpotLight};

@@ -70,7 +70,7 @@ fn visibility(receiver: &Receiver, map: &LightMap<Cpu>, bias: f32) -> f32 {
         };
         let blocked = key
             .and_then(depth_from_key)
-            .is_some_and(|(depth, _)| depth < own - bias);
+            .is_some_and(|depth| depth < own - bias);
         if !blocked {
             lit += weight.x * weight.y;
         }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use serde::Serialize;
 
+use crate::cloud::Repairs;
 use crate::gbuffer::Coverage;
 use crate::plan::Plan;
 use crate::timing::PassTime;
@@ -22,6 +23,8 @@ pub struct Report {
     pub adapter: Option<String>,
     /// Surfels drawn from.
     pub points: u64,
+    /// Points dropped or repaired, in reading and since.
+    pub repairs: Repairs,
     /// Width and height, pixels.
     pub size: [u32; 2],
     /// What positions in buffers are relative to, in the scene's frame.
@@ -124,6 +127,10 @@ mod tests {
             backend: "cpu".to_owned(),
             adapter: None,
             points: 1_600_000,
+            repairs: Repairs {
+                not_finite: 3,
+                ..Repairs::default()
+            },
             size: [800, 600],
             origin: DVec3::new(636_000.0, 0.0, 0.5),
             settings: settings.changed().into_iter().collect(),
@@ -172,6 +179,7 @@ mod tests {
             "backend": "cpu",
             "adapter": null,
             "points": 1_600_000,
+            "repairs": { "not_finite": 3, "withheld": 0, "normals": 0, "radii": 0, "values": 0 },
             "size": [800, 600],
             "origin": [636_000.0, 0.0, 0.5],
             "settings": { "splat.size": 1.7, "image.tone_map": "aces" },

@@ -14,7 +14,6 @@ use super::{Hit, Method, MirrorGBuffer, Surface};
 use crate::backend::cpu::Cpu;
 use crate::cloud::Surfels;
 use crate::error::Result;
-use crate::gbuffer::average::Pixel;
 use crate::gbuffer::pull_push::pull_push;
 use crate::gbuffer::{GBuffer, SplatSettings};
 use crate::job::Job;
@@ -130,12 +129,10 @@ impl Reflector {
         job: &Job,
     ) -> Result<(Vec<Hit>, SearchCounts)> {
         let lhc = self.labeller.map();
-        let finder = RootFinder {
-            surface,
-            lhc,
-            right: gbuffer.pinhole.right,
-            params: RootFindParams::from(&settings.sscr),
-        };
+        let params = RootFindParams::from(&settings.sscr);
+        let finder = timings.time("root_find", || {
+            RootFinder::new(surface, lhc, gbuffer.pinhole.right, params)
+        })?;
         let (mut hits, mut counts) = (Vec::new(), SearchCounts::default());
         for pass in 0..settings.sscr.passes {
             let region =
@@ -180,22 +177,7 @@ impl Reflector {
                 )?,
             },
         };
-        let traced = tracer.tracer.trace(surface, timings, job)?;
-        self.tracer = Some(tracer);
-        for (i, material) in traced.material.values().iter().enumerate() {
-            if material.w > 0.0 {
-                let (surface, albedo) = (traced.surface.values()[i], traced.albedo.values()[i]);
-                mirror.put(
-                    i,
-                    Pixel {
-                        surface,
-                        albedo,
-                        material: *material,
-                    },
-                );
-                mirror.level.values_mut()[i] = -1.0;
-            }
-        }
-        Ok(())
+        let tracer = self.tracer.insert(tracer);
+        tracer.tracer.trace(surface, mirror, timings, job)
     }
 }

@@ -3,11 +3,11 @@
 use glam::{DVec3, UVec2};
 
 use super::fit::{Aim, corners, direction_to_eye, fitted};
-use super::tree::Origin;
+use super::tree::{Origin, Origins};
 use super::{Scene, SceneCamera};
 use crate::camera::Camera;
 use crate::cloud::{Bounds, UpAxis};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// Width and height of a picture whose size nobody gives, pixels.
 pub const DEFAULT_SIZE: UVec2 = UVec2::new(800, 600);
@@ -20,14 +20,14 @@ const NEAREST: f64 = 1e-4;
 pub fn default_camera(bounds: Bounds, up: UpAxis, size: UVec2) -> Camera {
     let stated = SceneCamera {
         size: Some(size),
-        ..SceneCamera::unstated(Origin::given(""))
+        ..SceneCamera::unstated(Origins::of_table(Origin::given("")))
     };
     stated.complete(bounds, up)
 }
 
 impl SceneCamera {
-    /// A camera of which nothing is said; `origin` is where it could have been.
-    pub(super) fn unstated(origin: Origin) -> Self {
+    /// A camera of which nothing is said; `origins` is where it could have been.
+    pub(super) fn unstated(origins: Origins) -> Self {
         Self {
             position: None,
             target: None,
@@ -36,7 +36,7 @@ impl SceneCamera {
             near: None,
             far: None,
             size: None,
-            origin,
+            origins,
         }
     }
 
@@ -118,10 +118,13 @@ impl Scene {
     /// up along the view, planes in the wrong order.
     pub fn camera(&self, bounds: Bounds, up_axis: UpAxis) -> Result<Camera> {
         let camera = self.camera.complete(bounds, up_axis);
-        match camera.pinhole(DVec3::ZERO) {
+        match camera.axes() {
             Ok(_) => Ok(camera),
-            Err(Error::Setting(problem)) => Err(self.camera.origin.error(problem)),
-            Err(other) => Err(other),
+            Err(fault) => Err(self
+                .camera
+                .origins
+                .to_blame(fault.keys)
+                .error(fault.problem)),
         }
     }
 }

@@ -113,13 +113,13 @@ pub(super) fn pattern_of(key: &str) -> (String, Vec<&str>) {
     (segments.join("."), indices)
 }
 
-/// The right key nearest to the wrong dotted key `given`, with the indices that were given.
-pub(super) fn nearest_key(given: &str) -> String {
+/// The right key nearest to the wrong dotted key `given`, with the indices that were given; `None` where none is near.
+pub(super) fn nearest_key(given: &str) -> Option<String> {
     let (pattern, indices) = pattern_of(given.strip_prefix("settings.").unwrap_or(given));
     let all = patterns();
-    let nearest = nearest(&pattern, all.iter().map(String::as_str));
+    let nearest = nearest(&pattern, all.iter().map(String::as_str))?;
     let mut indices = indices.into_iter();
-    nearest
+    let segments: Vec<&str> = nearest
         .split('.')
         .map(|s| {
             if s == "N" {
@@ -128,32 +128,46 @@ pub(super) fn nearest_key(given: &str) -> String {
                 s
             }
         })
-        .collect::<Vec<_>>()
-        .join(".")
+        .collect();
+    Some(segments.join("."))
 }
 
-/// The candidate that looks most like `given`; the first of equals.
-pub(super) fn nearest<'a>(given: &str, candidates: impl Iterator<Item = &'a str>) -> &'a str {
-    // Whoever leaves the group out ("exposure") means the key by its last part.
-    let last = |key: &'a str| key.rsplit('.').next().unwrap_or(key);
-    let likeness = |candidate: &'a str| {
-        let typed = strsim::normalized_damerau_levenshtein(given, candidate)
-            .max(0.95 * strsim::normalized_damerau_levenshtein(given, last(candidate)));
-        // A beginning ("fov") means its whole.
-        if given.len() >= 3 && candidate.starts_with(given) {
-            typed.max(0.9)
-        } else {
-            typed
-        }
+/// The candidate that `given` is a typing error or the beginning of; the first of equals.
+pub(super) fn nearest<'a>(
+    given: &str,
+    candidates: impl Iterator<Item = &'a str>,
+) -> Option<&'a str> {
+    let edits = |candidate: &str| {
+        let edits = strsim::damerau_levenshtein(given, candidate);
+        // Farther than a third of the length, it is another word.
+        let length = given.chars().count().min(candidate.chars().count());
+        (edits * 3 <= length).then_some(edits as f64)
     };
-    let mut best = ("", -1.0);
-    for candidate in candidates {
-        let score = likeness(candidate);
-        if score > best.1 {
-            best = (candidate, score);
+    let distance = |candidate: &'a str| {
+        // A beginning ("fov") means its whole.
+        if given.len() >= 3
+            && candidate
+                .strip_prefix(given)
+                .is_some_and(|rest| !rest.contains('.'))
+        {
+            return Some(0.5);
         }
-    }
-    best.0
+        // Whoever leaves the group out ("exposure") means the key by its last part.
+        let last = candidate.rsplit('.').next().unwrap_or(candidate);
+        edits(candidate).or_else(|| {
+            let edits = strsim::damerau_levenshtein(given, last);
+            (edits <= 1 && given.len() >= 3).then_some(edits as f64 + 0.5)
+        })
+    };
+    candidates
+        .filter_map(|candidate| Some((candidate, distance(candidate)?)))
+        .min_by(|(_, a), (_, b)| a.total_cmp(b))
+        .map(|(candidate, _)| candidate)
+}
+
+/// The advice to write `nearest`.
+pub(super) fn did_you_mean(nearest: &str) -> String {
+    format!("did you mean {nearest:?}?")
 }
 
 /// Names for a sentence: `"a", "b" or "c"`.
@@ -187,7 +201,10 @@ mod tests {
             ("light.0.intensty", "light.0.intensity"),
             ("settings.image.tonemap", "image.tone_map"),
         ] {
-            assert_eq!(nearest_key(given), meant, "for {given}");
+            assert_eq!(nearest_key(given).as_deref(), Some(meant), "for {given}");
+        }
+        for given in ["format", "cloud", ".", "banana", "image.banana"] {
+            assert_eq!(nearest_key(given), None, "for {given}");
         }
     }
 

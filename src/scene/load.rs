@@ -11,7 +11,7 @@ use crate::camera::Camera;
 use crate::cloud::generate::{Shape, generate, sample_mirror};
 use crate::cloud::{
     Bounds, Facts, Material, PlacedCloud, RawCloud, ReadOptions, Surfels, TriangleMesh, UpAxis,
-    prepare, read_cloud, typical_spacing,
+    is_sound, prepare, read_cloud, typical_spacing,
 };
 use crate::error::Result;
 use crate::frame::View;
@@ -201,7 +201,7 @@ fn spacing_of(clouds: &[PlacedCloud], job: &Job) -> Result<f64> {
     Ok(densest)
 }
 
-/// The box of all points with finite coordinates, in the scene's frame; a point at 0 where there is none.
+/// The box of all points that are drawn, in the scene's frame; a point at 0 where there is none.
 fn bounds_of(clouds: &[PlacedCloud]) -> Bounds {
     let of_cloud = |cloud: &PlacedCloud| {
         let place = |p: &DVec3| {
@@ -210,8 +210,7 @@ fn bounds_of(clouds: &[PlacedCloud]) -> Bounds {
                 .map_or(*p, |transform| transform.transform_point3(*p))
         };
         let chunks = cloud.raw.positions.par_chunks(1 << 16);
-        let boxes =
-            chunks.map(|chunk| Bounds::of(chunk.iter().map(place).filter(|p| p.is_finite())));
+        let boxes = chunks.map(|chunk| Bounds::of(chunk.iter().map(place).filter(is_sound)));
         boxes.reduce(|| Bounds::of([]), Bounds::union)
     };
     let bounds = clouds

@@ -28,7 +28,7 @@ pub use camera::{DEFAULT_FOV_Y_DEGREES, DEFAULT_SIZE, default_camera};
 pub use load::LoadedScene;
 pub use overrides::Override;
 
-use tree::{Entry, Node, Origin, Value};
+use tree::{Entry, Node, Origin, Origins, Value};
 
 /// The version of the scene format.
 pub const FORMAT: i64 = 1;
@@ -46,7 +46,7 @@ pub struct Scene {
     pub clouds: Vec<SceneCloud>,
     /// Mirrors put into the scene.
     pub mirrors: Vec<MirrorShape>,
-    /// Lights; where there is none, the albedo is shown.
+    /// Lights; where there is none, the albedo is shown, shaded by depth.
     pub lights: Vec<SceneLight>,
     /// What the scene says of the camera; [`Scene::camera`] completes it.
     pub camera: SceneCamera,
@@ -136,7 +136,7 @@ pub struct SceneCamera {
     /// Width and height, pixels.
     pub size: Option<UVec2>,
     /// Whom to tell that they do not fit together.
-    origin: Origin,
+    origins: Origins,
 }
 
 impl Scene {

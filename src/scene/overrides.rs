@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::keys;
+use super::read::NO_ENVIRONMENT;
 use super::tree::{Entry, Node, Origin, Value};
 use crate::error::{Error, Result};
 
@@ -59,18 +60,41 @@ impl Override {
         }
     }
 
+    /// The dotted key, without the group of settings.
+    pub(super) fn key(&self) -> &str {
+        self.key.strip_prefix("settings.").unwrap_or(&self.key)
+    }
+
+    /// Whether `refusal` names what the caller wrote here.
+    pub(super) fn is_blamed_by(&self, refusal: &Error) -> bool {
+        matches!(
+            (refusal, &self.node.origin),
+            (Error::Override { given, .. }, Origin::Given(words)) if **given == **words
+        )
+    }
+
     /// Puts the value into the document.
     pub(super) fn apply(&self, document: &mut Node) -> Result<()> {
         if self.key == MESH_OF_EVERY_CLOUD {
             return self.apply_mesh(document);
         }
-        let key = self.key.strip_prefix("settings.").unwrap_or(&self.key);
+        let key = self.key();
+        if key.split('.').next() == Some("environment") {
+            return Err(self.node.origin.error(NO_ENVIRONMENT));
+        }
         let (pattern, _) = keys::pattern_of(key);
         if !keys::patterns().contains(&pattern) {
-            let nearest = keys::nearest_key(key);
-            return Err(self.node.origin.error(format!(
-                "there is no key {key:?}; did you mean {nearest:?}?"
-            )));
+            let remedy = keys::nearest_key(key).map_or_else(
+                || {
+                    "catoptric info --settings lists the settings, docs/SCENE_FILES.md the other keys"
+                        .to_owned()
+                },
+                |nearest| keys::did_you_mean(&nearest),
+            );
+            return Err(self
+                .node
+                .origin
+                .error(format!("there is no key {key:?}; {remedy}")));
         }
         let scene_key = ["camera.", "cloud.", "light.", "mirror."]
             .iter()
@@ -94,11 +118,7 @@ impl Override {
         match &mut node.value {
             Value::Table(entries) => {
                 let position = entries.iter().position(|e| e.key == *segment);
-                if position.is_none()
-                    && rest
-                        .first()
-                        .is_some_and(|next| next.parse::<usize>().is_ok())
-                {
+                if position.is_none() && rest.first().is_some_and(|next| index(next).is_some()) {
                     return Err(self
                         .node
                         .origin
@@ -126,7 +146,7 @@ impl Override {
             }
             Value::Array(nodes) => {
                 let count = nodes.len();
-                match segment.parse::<usize>().ok().and_then(|i| nodes.get_mut(i)) {
+                match index(segment).and_then(|i| nodes.get_mut(i)) {
                     Some(node) => self.put(node, rest, &here),
                     None => Err(self.node.origin.error(match count {
                         0 => format!("the scene has no {so_far}"),
@@ -163,6 +183,12 @@ impl Override {
         }
         Ok(())
     }
+}
+
+/// The index that a segment of a key writes: digits, without needless zeros.
+fn index(segment: &str) -> Option<usize> {
+    let index = segment.parse::<usize>().ok()?;
+    (index.to_string() == segment).then_some(index)
 }
 
 fn value(key: &str, text: &str, origin: &Origin) -> Result<Node> {

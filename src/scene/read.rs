@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::reader::{Field, Table};
-use super::tree::{Node, Value};
+use super::tree::{Node, Origins, Value};
 use super::{FORMAT, Override, Scene, SceneCamera, keys, settings};
 use crate::error::Result;
 
@@ -11,9 +11,33 @@ mod cloud;
 mod mirror;
 mod view;
 
+/// Why a table of later versions is refused.
+pub(super) const NO_ENVIRONMENT: &str = "an [environment] is not lit by this version; remove it, and light the scene by [[light]] kind = \"spot\"";
+
 /// Reads the scene that `document` holds, once `overrides` have taken their places in it.
-pub(super) fn scene(mut document: Node, path: &Path, overrides: &[Override]) -> Result<Scene> {
+pub(super) fn scene(document: Node, path: &Path, overrides: &[Override]) -> Result<Scene> {
     check_format(&document)?;
+    for (index, given) in overrides.iter().enumerate() {
+        // What a later one beats must be sound all the same: it is read as if it were the last of its key.
+        let rest = overrides.get(index + 1..).unwrap_or_default();
+        if rest.iter().any(|later| later.key() == given.key()) {
+            let others = overrides.iter().filter(|other| other.key() != given.key());
+            let alone = overridden(document.clone(), path, others.chain([given]));
+            if let Err(refusal) = alone
+                && given.is_blamed_by(&refusal)
+            {
+                return Err(refusal);
+            }
+        }
+    }
+    overridden(document, path, overrides.iter())
+}
+
+fn overridden<'a>(
+    mut document: Node,
+    path: &Path,
+    overrides: impl Iterator<Item = &'a Override>,
+) -> Result<Scene> {
     for given in overrides {
         given.apply(&mut document)?;
     }
@@ -31,7 +55,7 @@ pub(super) fn scene(mut document: Node, path: &Path, overrides: &[Override]) -> 
         lights: each(&root, "light", view::light)?,
         camera: match root.get("camera") {
             Some(field) => view::camera(&field)?,
-            None => SceneCamera::unstated(document.origin.clone()),
+            None => SceneCamera::unstated(Origins::of_table(document.origin.clone())),
         },
         settings: settings::read(document.get("settings"))?,
     })
@@ -51,9 +75,7 @@ fn check_format(document: &Node) -> Result<()> {
         )));
     }
     match document.get("environment") {
-        Some(environment) => Err(environment
-            .origin
-            .error("an [environment] is not lit by this version; remove it, and light the scene by [[light]] kind = \"spot\"")),
+        Some(environment) => Err(environment.origin.error(NO_ENVIRONMENT)),
         None => Ok(()),
     }
 }

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::keys;
-use super::tree::{Entry, Node, Origin, Value};
+use super::tree::{Node, Origin, Origins, Value};
 use crate::error::Result;
+use crate::gi::MAX_OUTER_DEGREES;
 
 /// The numbers that a key takes, and how to say so.
 pub(super) struct Allowed {
@@ -54,8 +55,8 @@ pub(super) const SHININESS: Allowed = Allowed {
 /// Half angle of a spot light.
 pub(super) const HALF_ANGLE: Allowed = Allowed {
     low: 0.0,
-    high: 89.0,
-    says: "from 0 to 89 degrees",
+    high: MAX_OUTER_DEGREES as f64,
+    says: "from 0 to 80 degrees",
 };
 /// Field of view.
 pub(super) const FIELD_OF_VIEW: Allowed = Allowed {
@@ -92,9 +93,12 @@ impl<'a> Table<'a> {
             } else {
                 name
             };
-            let nearest = keys::nearest(&entry.key, known.iter().copied());
+            let remedy = keys::nearest(&entry.key, known.iter().copied()).map_or_else(
+                || format!("its keys are {}", known.join(", ")),
+                keys::did_you_mean,
+            );
             return Err(entry.origin.error(format!(
-                "there is no key {:?} in {place}; did you mean {nearest:?}?",
+                "there is no key {:?} in {place}; {remedy}",
                 entry.key
             )));
         }
@@ -106,16 +110,9 @@ impl<'a> Table<'a> {
         &self.node.origin
     }
 
-    /// Where the last of its values was given by a caller, or else where the table was written.
-    pub(super) fn last_origin(&self) -> &'a Origin {
-        let given = |entry: &&Entry| matches!(entry.origin, Origin::Given(_));
-        match &self.node.value {
-            Value::Table(entries) => entries
-                .iter()
-                .rfind(given)
-                .map_or(&self.node.origin, |e| &e.origin),
-            _ => &self.node.origin,
-        }
+    /// Where the table and its keys were written.
+    pub(super) fn origins(&self) -> Origins {
+        Origins::of(self.node)
     }
 
     /// The value of `key`, where the table has it.
@@ -218,11 +215,11 @@ impl<'a> Field<'a> {
         match names.iter().find(|n| **n == text.as_str()) {
             Some(name) => Ok(name),
             None => {
-                let nearest = keys::nearest(text, names.iter().copied());
-                self.error(format!(
-                    "is {text:?}; it must be {}; did you mean {nearest:?}?",
-                    one_of()
-                ))
+                let advice = keys::nearest(text, names.iter().copied())
+                    .map_or(String::new(), |nearest| {
+                        format!("; {}", keys::did_you_mean(nearest))
+                    });
+                self.error(format!("is {text:?}; it must be {}{advice}", one_of()))
             }
         }
     }
@@ -292,5 +289,21 @@ impl<'a> Field<'a> {
                 name: format!("{}.{i}", self.name),
             })
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sentence_and_documentation_tell_the_one_limit_of_spots() {
+        let limit = format!("0 to {MAX_OUTER_DEGREES}");
+        assert!(HALF_ANGLE.says.contains(&limit), "{}", HALF_ANGLE.says);
+        let documentation = include_str!("../../docs/SCENE_FILES.md");
+        assert!(
+            documentation.contains(&format!("half angles, {limit}:")),
+            "docs/SCENE_FILES.md does not say {limit}"
+        );
     }
 }

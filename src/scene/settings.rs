@@ -52,10 +52,13 @@ fn read_group(
         } else if let Some(description) = described.iter().find(|d| d.key == key) {
             all.insert(entry.key.clone(), checked(&entry.node, description)?);
         } else {
-            let nearest = keys::nearest(&key, described.iter().map(|d| d.key.as_str()));
-            return Err(entry.origin.error(format!(
-                "there is no setting {key:?}; did you mean {nearest:?}?"
-            )));
+            let remedy = keys::nearest(&key, described.iter().map(|d| d.key.as_str())).map_or_else(
+                || "catoptric info --settings lists them".to_owned(),
+                keys::did_you_mean,
+            );
+            return Err(entry
+                .origin
+                .error(format!("there is no setting {key:?}; {remedy}")));
         }
     }
     Ok(())
@@ -94,14 +97,12 @@ fn wrong_value(value: &toml::Value, description: &Description, cause: &str) -> S
             "{key} is {value}; it must be one of {}",
             keys::alternatives(choices)
         );
-        return match value {
-            toml::Value::String(given) => {
-                format!(
-                    "{must}; did you mean {:?}?",
-                    keys::nearest(given, choices.iter().copied())
-                )
-            }
-            _ => must,
+        let meant = value
+            .as_str()
+            .and_then(|given| keys::nearest(given, choices.iter().copied()));
+        return match meant {
+            Some(meant) => format!("{must}; {}", keys::did_you_mean(meant)),
+            None => must,
         };
     }
     match (range, default) {

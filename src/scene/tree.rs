@@ -51,6 +51,52 @@ impl Origin {
     }
 }
 
+/// Where a table and each of its keys were written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Origins {
+    table: Origin,
+    keys: Vec<(String, Origin)>,
+}
+
+impl Origins {
+    /// Those of a table without keys.
+    pub(super) fn of_table(table: Origin) -> Self {
+        Self {
+            table,
+            keys: Vec::new(),
+        }
+    }
+
+    /// Those of `node`, a table.
+    pub(super) fn of(node: &Node) -> Self {
+        let keys = match &node.value {
+            Value::Table(entries) => entries
+                .iter()
+                .map(|entry| (entry.key.clone(), entry.node.origin.clone()))
+                .collect(),
+            _ => Vec::new(),
+        };
+        Self {
+            table: node.origin.clone(),
+            keys,
+        }
+    }
+
+    /// Where the culprit among `suspects` was written: the first that the caller gave, or else the first that is
+    /// written anywhere, or else their table.
+    pub(super) fn to_blame(&self, suspects: &[&str]) -> &Origin {
+        let mut written = suspects
+            .iter()
+            .filter_map(|suspect| self.keys.iter().find(|(key, _)| key == suspect))
+            .map(|(_, origin)| origin);
+        let first = written.clone().next();
+        written
+            .find(|origin| matches!(origin, Origin::Given(_)))
+            .or(first)
+            .unwrap_or(&self.table)
+    }
+}
+
 /// A value and where it was written.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Node {

@@ -19,6 +19,8 @@ pub(super) fn tests() -> Vec<Trial> {
         Trial::test("a_truncated_ply_is_a_sentence", truncated_ply),
         Trial::test("a_truncated_las_or_laz_is_a_sentence", truncated_las),
         Trial::test("flipped_bits_never_panic", flipped_bits),
+        Trial::test("a_ply_line_without_end_is_a_sentence", endless_line),
+        Trial::test("what_a_ply_header_does_not_promise_is_refused", surplus),
         Trial::test("absurd_ply_headers_are_sentences", absurd_ply_headers),
         Trial::test("absurd_las_headers_are_sentences", absurd_las_headers),
         Trial::test("what_is_no_point_file_is_a_sentence", no_point_files),
@@ -134,6 +136,62 @@ fn flipped_bits() -> std::result::Result<(), Failed> {
         }
     }
     Ok(())
+}
+
+fn said_of(bytes: &[u8]) -> String {
+    let outcome = read_bytes(bytes, &ReadOptions::default());
+    outcome.err().map_or(String::new(), |e| e.to_string())
+}
+
+const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
+
+fn endless_line() -> std::result::Result<(), Failed> {
+    // Were the line cut where the reader stops, its rest would be the second point.
+    let mut bytes =
+        format!("ply\nformat ascii 1.0\nelement vertex 2\n{XYZ}end_header\n1 2 3").into_bytes();
+    bytes.resize(bytes.len() + (17 << 20), b' ');
+    bytes.extend(b"4 5 6\n");
+    let said = said_of(&bytes);
+    demand(said.contains("line 8 is longer than 16 MiB"), said)?;
+
+    // A list of a million corners is no such line.
+    let corners = " 0".repeat(1_000_000);
+    let list = format!(
+        "ply\nformat ascii 1.0\nelement vertex 1\n{XYZ}property list int int i\nend_header\n1 2 3 1000000{corners}\n"
+    );
+    let cloud = read_bytes(list.as_bytes(), &ReadOptions::default())?;
+    demand(cloud.len() == 1, format!("{} points", cloud.len()))
+}
+
+fn surplus() -> std::result::Result<(), Failed> {
+    let ascii = |body: &str| {
+        format!("ply\nformat ascii 1.0\nelement vertex 2\n{XYZ}end_header\n{body}").into_bytes()
+    };
+    for (body, word) in [
+        ("1 2 3\n4 5 6 7\n", "line 9 holds more"),
+        ("1 2 3\n4 5 6\n7 8 9\n", "goes on after the 2 of `vertex`"),
+    ] {
+        let said = said_of(&ascii(body));
+        demand(said.contains(word), format!("{body:?} says {said:?}"))?;
+    }
+    demand(
+        said_of(&ascii("1 2 3\n4 5 6\n \n\n")).is_empty(),
+        "blank lines",
+    )?;
+    for encoding in [Encoding::Little, Encoding::Big] {
+        let whole = sample_ply(encoding);
+        let padded = [whole.as_slice(), b"\n"].concat();
+        demand(said_of(&padded).is_empty(), "less than a record is padding")?;
+        let said = said_of(&[whole.as_slice(), &whole[whole.len() - 19..]].concat());
+        demand(said.contains("goes on after the 40"), said)?;
+    }
+    let faces = format!(
+        "ply\nformat ascii 1.0\nelement vertex 1\n{XYZ}element face 1\nproperty list int int i\nend_header\n1 2 3\n1 0\n"
+    );
+    demand(
+        said_of(faces.as_bytes()).is_empty(),
+        "what is promised may follow",
+    )
 }
 
 fn absurd_ply_headers() -> std::result::Result<(), Failed> {

@@ -269,9 +269,9 @@ fn refused_transforms() -> Result<(), Failed> {
     projective.x_axis.w = 0.5;
     for (transform, word) in [
         (DMat4::from_scale(DVec3::new(-1.0, 1.0, 1.0)), "mirrors"),
-        (DMat4::from_scale(DVec3::new(1.0, 0.0, 1.0)), "flattens"),
+        (DMat4::from_scale(DVec3::new(1.0, 0.0, 1.0)), "flatten"),
         (DMat4::from_scale(DVec3::new(1.0, f64::NAN, 1.0)), "finite"),
-        (projective, "affine"),
+        (projective, "last row"),
     ] {
         let cloud = PlacedCloud {
             transform: Some(transform),

@@ -8,6 +8,7 @@ use super::kernel::Pass;
 use super::layout::{gpu_layout, gpu_struct};
 use super::shaders::EDL;
 use super::windows::{Need, windows};
+use crate::camera::Pinhole;
 use crate::error::Result;
 use crate::gbuffer::GBuffer;
 use crate::gbuffer::edl::EDL_GAIN;
@@ -17,8 +18,8 @@ use crate::job::Job;
 gpu_struct! {
     /// What one dispatch of `edl` works on.
     pub(super) struct EdlParams {
-        /// Of the picture, pixels.
-        size: UVec2,
+        /// The camera.
+        pinhole: Pinhole,
         /// First row, and one past the last.
         rows: UVec2,
         /// Number of the bindings' first pixel, row by row.
@@ -29,6 +30,7 @@ gpu_struct! {
         diagonal: i32,
         /// Darkening per summed logarithmic depth difference.
         gain: f32,
+        pad: UVec2,
     }
 }
 
@@ -53,12 +55,13 @@ impl Gpu {
         let mut pass = Pass::new("edl", &self.device, &self.pool, self.stamps.as_ref());
         for window in windows(size, need, &self.device.limits) {
             let params = EdlParams {
-                size,
+                pinhole: gbuffer.pinhole,
                 rows: UVec2::new(window.rows.start, window.rows.end),
                 first_pixel: window.pixels.start,
                 straight,
                 diagonal,
                 gain: EDL_GAIN * settings.edl_strength / 8.0,
+                pad: UVec2::ZERO,
             };
             pass.compute(&kernel, &params)
                 .read(gbuffer.surface.part(&window.pixels))

@@ -67,14 +67,14 @@ impl Gpu {
             first_pixel: window.pixels.start,
             ring,
         };
-        for window in &all {
-            pass.compute(&leak, &ring_params(window, 0))
-                .read(gbuffer.surface.part(&window.pixels))
-                .read(gbuffer.albedo.part(&window.pixels))
-                .write(gbuffer.material.part(&window.pixels))
-                .dispatch(window.threads(pinhole.size))?;
-        }
         for ring in 1..=settings.fill {
+            for window in &all {
+                pass.compute(&leak, &ring_params(window, ring))
+                    .read(gbuffer.surface.part(&window.pixels))
+                    .read(gbuffer.albedo.part(&window.pixels))
+                    .write(gbuffer.material.part(&window.pixels))
+                    .dispatch(window.threads(pinhole.size))?;
+            }
             for window in &all {
                 pass.compute(&fill, &ring_params(window, ring))
                     .write(gbuffer.surface.part(&window.pixels))

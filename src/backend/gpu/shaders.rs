@@ -6,7 +6,7 @@ use super::kernel::{PIXEL_GROUP, POINT_GROUP};
 use super::layout::{GpuStruct, Layout};
 use super::shade::ShadeParams;
 use super::smooth::SmoothParams;
-use super::splat::{ClearParams, SplatParams};
+use super::splat::{ClearParams, LightCloseParams, SplatParams};
 use crate::camera::Pinhole;
 use crate::cloud::SHININESS_LOG_RANGE;
 use crate::error::{Error, Result};
@@ -70,6 +70,10 @@ shader! {
     LIGHT_DEPTH = "light_depth", DISC
 }
 shader! {
+    /// Closes leaks of a light's map.
+    LIGHT_CLOSE = "light_close", &[PIXEL]
+}
+shader! {
     /// Sums the attributes of the visible fragments.
     VISIBILITY = "visibility", DISC
 }
@@ -120,6 +124,7 @@ pub const SHADERS: &[Shader] = &[
     CLEAR,
     DEPTH,
     LIGHT_DEPTH,
+    LIGHT_CLOSE,
     VISIBILITY,
     AVERAGE,
     LEAK,
@@ -135,6 +140,7 @@ pub const LAYOUTS: &[Layout] = &[
     Pinhole::LAYOUT,
     SplatParams::LAYOUT,
     ClearParams::LAYOUT,
+    LightCloseParams::LAYOUT,
     RingParams::LAYOUT,
     CoverageParams::LAYOUT,
     SmoothParams::LAYOUT,

@@ -7,7 +7,7 @@ use super::Gpu;
 use super::buffers::{Binding, Buffer, GpuGrid, GpuPoints, STORAGE};
 use super::kernel::{Pass, Threads};
 use super::layout::{gpu_layout, gpu_struct};
-use super::shaders::{AVERAGE, CLEAR, DEPTH, LIGHT_DEPTH, VISIBILITY};
+use super::shaders::{AVERAGE, CLEAR, DEPTH, LIGHT_CLOSE, LIGHT_DEPTH, VISIBILITY};
 use super::windows::{Need, Window, windows};
 use crate::backend::LightMap;
 use crate::camera::Pinhole;
@@ -34,6 +34,19 @@ gpu_layout!(Pinhole {
     centre,
     size
 });
+
+gpu_struct! {
+    /// What one dispatch of `light_close` works on.
+    pub(super) struct LightCloseParams {
+        /// Of the map, texels.
+        size: UVec2,
+        /// First row, and one past the last.
+        rows: UVec2,
+        /// Number of the bindings' first texel, row by row.
+        first_pixel: u32,
+        pad: u32,
+    }
+}
 
 gpu_struct! {
     /// What one dispatch of a splatting pass works on.
@@ -289,10 +302,47 @@ impl Gpu {
             })?;
         }
         pass.finish(&mut self.timings, job)?;
+        let keys = self.close_light_map(&keys, pinhole.size, job)?;
         Ok(LightMap {
             pinhole: *pinhole,
             keys,
         })
+    }
+
+    /// Pass `light_close`.
+    fn close_light_map(
+        &mut self,
+        keys: &GpuGrid<u32>,
+        size: UVec2,
+        job: &Job,
+    ) -> Result<GpuGrid<u32>> {
+        let kernel = self.kernels.get(&self.device, &LIGHT_CLOSE)?;
+        let closed = GpuGrid::<u32>::new(&self.pool, size)?;
+        let mut pass = Pass::new(
+            LIGHT_CLOSE.name,
+            &self.device,
+            &self.pool,
+            self.stamps.as_ref(),
+        );
+        let need = Need {
+            halo: 1,
+            bytes: 4,
+            steps: 9,
+        };
+        for window in windows(size, need, &self.device.limits) {
+            let params = LightCloseParams {
+                size,
+                rows: UVec2::new(window.rows.start, window.rows.end),
+                first_pixel: window.pixels.start,
+                pad: 0,
+            };
+            pass.compute(&kernel, &params)
+                .read(keys.part(&window.pixels))
+                .write(closed.part(&window.pixels))
+                .dispatch(window.threads(size))?;
+        }
+        pass.finish(&mut self.timings, job)?;
+        Ok(closed)
     }
 }
 

@@ -1,8 +1,7 @@
 //! Columns that a LAS file describes for itself, in its record of extra bytes. LAS 1.4 R15, table 24.
 
+use crate::text::short_name;
 use las::Header;
-
-use crate::cloud::guard::printable;
 
 /// Bytes of one description.
 const DESCRIPTION: usize = 192;
@@ -134,7 +133,7 @@ pub(super) fn extra_columns(header: &Header) -> Vec<ExtraColumn> {
             break;
         }
         columns.push(ExtraColumn {
-            name: printable(&String::from_utf8_lossy(&name)),
+            name: short_name(&String::from_utf8_lossy(&name)),
             at,
             number,
             scale: stated(HAS_SCALE, 112).unwrap_or(1.0),

@@ -1,9 +1,8 @@
 //! The unit of length that a LAS file states, by GeoTIFF keys or by well-known text. It is named, never applied.
 
+use crate::text::short_name;
 use las::Header;
 use las::crs::GeoTiffData;
-
-use crate::cloud::guard::printable;
 
 /// GeoTIFF key of the unit of the horizontal coordinates.
 const PROJ_LINEAR_UNITS: u16 = 3076;
@@ -51,7 +50,7 @@ fn unit_of_wkt(wkt: &str) -> Option<String> {
                 if let [outer @ .., "UNIT" | "LENGTHUNIT"] = path.as_slice()
                     && is_projected(outer)
                 {
-                    return Some(printable(&text));
+                    return Some(short_name(&text));
                 }
             }
             c if c.is_ascii_alphabetic() || c == '_' => keyword.push(c.to_ascii_uppercase()),

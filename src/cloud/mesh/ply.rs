@@ -1,26 +1,30 @@
-//! Vertices and faces of a PLY file.
+//! Reads the vertices and faces of a PLY file, by the reader of clouds.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader, ErrorKind, Read};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::io::{BufReader, Seek, SeekFrom};
 use std::path::Path;
 
 use glam::DVec3;
-use ply_rs::parser::{ParseError, Parser, Reader};
-use ply_rs::ply::{
-    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType,
-    ScalarType,
-};
+use ply_rs::ply::{PropertyType, ScalarType};
 
 use super::Faces;
-use crate::error::{Error, Result};
+use crate::cloud::guard::{guarded, require_memory};
+use crate::cloud::ply::body::{Body, LIST, Row};
+use crate::cloud::ply::header::{Element, Header};
+use crate::cloud::read::Source;
+use crate::error::Result;
 use crate::job::Job;
 
-/// A header longer than this is not one, bytes.
-const MAX_HEADER: u64 = 1 << 20;
+/// Numbers of a vertex, by slot; the first three must be there.
+const VERTEX: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
 
-/// Elements between two looks at the job.
-const CHUNK: usize = 1 << 16;
+/// Names under which the corners of a face go.
+const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+/// Memory of a vertex with its normal, while both are made unit length or averaged.
+const BYTES_PER_VERTEX: u64 = 72;
+
+/// Memory of a triangle: its corners in the file's faces and in the mesh, and where it ends.
+const BYTES_PER_FACE: u64 = 32;
 
 /// What a mesh needs of a PLY file.
 pub(super) struct PlyMesh {
@@ -31,299 +35,115 @@ pub(super) struct PlyMesh {
 
 /// Reads a PLY file's vertices and faces.
 pub(super) fn read(path: &Path, job: &Job) -> Result<PlyMesh> {
-    let unreadable = |source| Error::Read {
-        path: path.to_owned(),
-        source,
-    };
-    // A pipe or a device would hang or never end.
-    let facts = std::fs::metadata(path).map_err(unreadable)?;
-    if !facts.is_file() {
-        return Err(Error::cloud(
-            path,
-            "a mesh is read from an ordinary PLY file, not from a folder, pipe or device",
-        ));
-    }
-    let file = File::open(path).map_err(unreadable)?;
-    match catch_unwind(AssertUnwindSafe(|| parse(path, file, facts.len(), job))) {
-        Ok(result) => result,
-        Err(_) => Err(Error::cloud(
-            path,
-            "the PLY file is broken in a way that its decoder does not survive; export it again",
-        )),
-    }
+    let source = Source::open(path)?;
+    guarded(path, || parse(source, job))
 }
 
-fn parse(path: &Path, file: File, length: u64, job: &Job) -> Result<PlyMesh> {
-    let mut reader = Reader::new(BufReader::new(file).take(MAX_HEADER));
-    let header = Parser::<Vertex>::new()
-        .read_header(&mut reader)
-        .map_err(|e| {
-            let at = e
-                .line()
-                .map_or(String::new(), |line| format!(" at line {line}"));
-            Error::cloud(
-                path,
-                format!("its header is not that of a PLY file{at}; give a PLY file with faces"),
+fn parse(mut source: Source<'_>, job: &Job) -> Result<PlyMesh> {
+    let header = Header::read(&mut source)?;
+    header.check_counts(&source, header.elements().len())?;
+    let vertices = header.points();
+    let slots = VERTEX.map(|name| position(vertices, |n, t| n == name && is_scalar(t)));
+    if slots.iter().take(3).any(Option::is_none) {
+        return Err(source
+            .error("it has no vertices with x, y and z; give a PLY file with vertices and faces"));
+    }
+    let is_face = |element: &Element| matches!(element.name(), "face" | "faces");
+    let corners = header
+        .elements()
+        .iter()
+        .find(|element| is_face(element) && element.def.count > 0)
+        .and_then(|face| position(face, |n, t| CORNERS.contains(&n) && is_list_of_indices(t)))
+        .ok_or_else(|| {
+            source.error(
+                "it has no faces that list their vertices by `vertex_indices`, so it is a point cloud; give a PLY \
+                 file with vertices and faces",
             )
         })?;
-    check_header(path, &header, length)?;
+    let face_count: usize = header
+        .elements()
+        .iter()
+        .filter(|element| is_face(element))
+        .map(|element| element.def.count)
+        .sum();
+    require_memory(
+        "the mesh",
+        vertices.def.count as u64 * BYTES_PER_VERTEX + face_count as u64 * BYTES_PER_FACE,
+    )?;
 
-    let mut reader = reader.into_inner().into_inner();
+    source
+        .file
+        .seek(SeekFrom::Start(header.length))
+        .map_err(|e| source.io_error(e))?;
+    let mut body = Body::new(BufReader::new(&source.file), &header, &source);
+    let with_normals = slots.iter().all(Option::is_some);
     let mut mesh = PlyMesh {
-        vertices: Vec::new(),
-        normals: None,
+        vertices: Vec::with_capacity(vertices.def.count),
+        normals: with_normals.then(|| Vec::with_capacity(vertices.def.count)),
         faces: Faces::default(),
     };
-    for element in header.elements.values() {
-        let source = &mut Source {
-            path,
-            encoding: header.encoding,
-            element,
-            job,
-        };
-        match element.name.as_str() {
-            "vertex" => {
-                let with_normals = ["nx", "ny", "nz"]
-                    .iter()
-                    .all(|n| element.properties.contains_key(*n));
-                mesh.vertices.reserve(element.count);
-                let mut normals = Vec::with_capacity(if with_normals { element.count } else { 0 });
-                source.each(&mut reader, |v: Vertex| {
-                    mesh.vertices.push(v.position);
-                    if with_normals {
-                        normals.push(v.normal);
-                    }
-                })?;
-                mesh.normals = with_normals.then_some(normals);
-            }
-            "face" => source.each(&mut reader, |f: Face| mesh.faces.push(&f.corners))?,
-            _ => source.each(&mut reader, |_: Skipped| {})?,
+    for (index, element) in header.elements().iter().enumerate() {
+        if index == header.points_index() {
+            let kept = element.renamed(|property| {
+                let slot = slots.iter().position(|&slot| slot == Some(property));
+                slot.map_or(format!("-{property}"), |slot| {
+                    char::from(slot as u8).to_string()
+                })
+            });
+            body.read(&kept, job, |record| {
+                let &[x, y, z, nx, ny, nz, ..]: &Row = &record.row;
+                mesh.vertices.push(DVec3::new(x, y, z));
+                if let Some(normals) = &mut mesh.normals {
+                    normals.push(DVec3::new(nx, ny, nz));
+                }
+                Ok(())
+            })?;
+        } else if is_face(element) {
+            let kept = element.renamed(|property| {
+                if property == corners {
+                    LIST.to_owned()
+                } else {
+                    format!("-{property}")
+                }
+            });
+            body.read(&kept, job, |record| {
+                mesh.faces.push(&record.list);
+                Ok(())
+            })?;
+        } else {
+            body.read(element, job, |_| Ok(()))?;
         }
+    }
+    if let Some(last) = header.elements().iter().rfind(|e| e.def.count > 0) {
+        body.finish(last)?;
     }
     Ok(mesh)
 }
 
-/// Refuses counts that the file is too short for, before anything is allocated by them.
-fn check_header(path: &Path, header: &Header, length: u64) -> Result<()> {
-    let wrong = |problem: &str| Err(Error::cloud(path, problem));
-    let scalar = |e: &ElementDef, name: &str| {
-        matches!(
-            e.properties.get(name).map(|p| &p.data_type),
-            Some(PropertyType::Scalar(_))
+/// The first property of `element` that is as `wanted`, by its name (in small letters) and type.
+fn position(element: &Element, wanted: impl Fn(&str, &PropertyType) -> bool) -> Option<usize> {
+    element
+        .names
+        .iter()
+        .zip(element.def.properties.values())
+        .position(|(name, property)| wanted(&name.to_ascii_lowercase(), &property.data_type))
+}
+
+fn is_scalar(data_type: &PropertyType) -> bool {
+    matches!(data_type, PropertyType::Scalar(_))
+}
+
+fn is_list_of_indices(data_type: &PropertyType) -> bool {
+    matches!(
+        data_type,
+        PropertyType::List(
+            _,
+            ScalarType::Char
+                | ScalarType::UChar
+                | ScalarType::Short
+                | ScalarType::UShort
+                | ScalarType::Int
+                | ScalarType::UInt
         )
-    };
-    match header.elements.get("vertex") {
-        Some(e) if ["x", "y", "z"].iter().all(|name| scalar(e, name)) => {}
-        _ => {
-            return wrong(
-                "it has no vertices with x, y and z; give a PLY file with vertices and faces",
-            );
-        }
-    }
-    let list = |e: &ElementDef| {
-        e.properties
-            .values()
-            .any(|p| is_corners(&p.name) && matches!(p.data_type, PropertyType::List(..)))
-    };
-    match header.elements.get("face") {
-        Some(e) if e.count > 0 && list(e) => {}
-        _ => {
-            return wrong(
-                "it has no faces, so it is a point cloud; give a PLY file with vertices and faces",
-            );
-        }
-    }
-    let mut needed = 0u128;
-    for e in header.elements.values() {
-        let bytes: u128 = match header.encoding {
-            // A digit and a separator for each property.
-            Encoding::Ascii => 2 * e.properties.len() as u128,
-            Encoding::BinaryBigEndian | Encoding::BinaryLittleEndian => e
-                .properties
-                .values()
-                .map(|p| match &p.data_type {
-                    PropertyType::Scalar(t) | PropertyType::List(t, _) => size(t),
-                })
-                .sum(),
-        };
-        if bytes == 0 && e.count > 0 {
-            return wrong(
-                "its header announces elements without properties; export the mesh again",
-            );
-        }
-        needed += bytes * e.count as u128;
-    }
-    // The last line of an ascii file may lack its line break.
-    if needed > u128::from(length) + 1 {
-        return wrong(
-            "its header announces more elements than the file holds; it may be cut off, export or copy it again",
-        );
-    }
-    Ok(())
-}
-
-fn size(scalar: &ScalarType) -> u128 {
-    match scalar {
-        ScalarType::Char | ScalarType::UChar => 1,
-        ScalarType::Short | ScalarType::UShort => 2,
-        ScalarType::Int | ScalarType::UInt | ScalarType::Float => 4,
-        ScalarType::Double => 8,
-    }
-}
-
-fn is_corners(name: &str) -> bool {
-    matches!(name, "vertex_indices" | "vertex_index")
-}
-
-/// One kind of element of an open file.
-struct Source<'a> {
-    path: &'a Path,
-    encoding: Encoding,
-    element: &'a ElementDef,
-    job: &'a Job,
-}
-
-impl Source<'_> {
-    /// Reads the elements one by one, so that memory holds only what the mesh keeps.
-    fn each<E: PropertyAccess>(
-        &self,
-        reader: &mut BufReader<File>,
-        mut keep: impl FnMut(E),
-    ) -> Result<()> {
-        let parser = Parser::<E>::new();
-        let count = self.element.count;
-        let mut line = String::new();
-        for index in 0..count {
-            if index.is_multiple_of(CHUNK) {
-                self.job
-                    .progress("reading the mesh", index as u64, count as u64)?;
-            }
-            let element = match self.encoding {
-                Encoding::Ascii => {
-                    line.clear();
-                    match reader.read_line(&mut line) {
-                        Ok(0) => Err(ErrorKind::UnexpectedEof),
-                        Ok(_) => parser.read_ascii_element(&line, self.element).map_err(kind),
-                        Err(e) => Err(e.kind()),
-                    }
-                }
-                Encoding::BinaryBigEndian => parser
-                    .read_big_endian_element(reader, self.element)
-                    .map_err(kind),
-                Encoding::BinaryLittleEndian => parser
-                    .read_little_endian_element(reader, self.element)
-                    .map_err(kind),
-            };
-            keep(element.map_err(|kind| self.broken(kind, index))?);
-        }
-        Ok(())
-    }
-
-    fn broken(&self, kind: ErrorKind, index: usize) -> Error {
-        let what = match self.element.name.as_str() {
-            "vertex" => "vertex",
-            "face" => "face",
-            _ => "element",
-        };
-        let problem = if kind == ErrorKind::UnexpectedEof {
-            format!(
-                "it ends before {what} {} of {}; it may be cut off, export or copy it again",
-                index + 1,
-                self.element.count
-            )
-        } else {
-            format!("{what} {} is broken; export the mesh again", index + 1)
-        };
-        Error::cloud(self.path, problem)
-    }
-}
-
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "used as a function of map_err"
-)]
-fn kind(error: ParseError) -> ErrorKind {
-    error.kind()
-}
-
-#[derive(Debug, Default)]
-struct Vertex {
-    position: DVec3,
-    normal: DVec3,
-}
-
-impl PropertyAccess for Vertex {
-    fn new() -> Self {
-        Self::default()
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let target = match name {
-            "x" => &mut self.position.x,
-            "y" => &mut self.position.y,
-            "z" => &mut self.position.z,
-            "nx" => &mut self.normal.x,
-            "ny" => &mut self.normal.y,
-            "nz" => &mut self.normal.z,
-            _ => return PropertyAccessResult::Ignored,
-        };
-        match number(&property) {
-            Some(value) => *target = value,
-            None => return PropertyAccessResult::UnsupportedType,
-        }
-        PropertyAccessResult::Set
-    }
-}
-
-/// A scalar's value; `None` for a list.
-fn number(property: &Property) -> Option<f64> {
-    match *property {
-        Property::Char(v) => Some(v.into()),
-        Property::UChar(v) => Some(v.into()),
-        Property::Short(v) => Some(v.into()),
-        Property::UShort(v) => Some(v.into()),
-        Property::Int(v) => Some(v.into()),
-        Property::UInt(v) => Some(v.into()),
-        Property::Float(v) => Some(v.into()),
-        Property::Double(v) => Some(v),
-        Property::ListChar(_)
-        | Property::ListUChar(_)
-        | Property::ListShort(_)
-        | Property::ListUShort(_)
-        | Property::ListInt(_)
-        | Property::ListUInt(_)
-        | Property::ListFloat(_)
-        | Property::ListDouble(_) => None,
-    }
-}
-
-#[derive(Debug, Default)]
-struct Face {
-    corners: Vec<u32>,
-}
-
-impl PropertyAccess for Face {
-    fn new() -> Self {
-        Self::default()
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        if !is_corners(name) {
-            return PropertyAccessResult::Ignored;
-        }
-        match property.to_u32_list() {
-            Some(corners) => self.corners = corners,
-            None => return PropertyAccessResult::UnsupportedType,
-        }
-        PropertyAccessResult::Set
-    }
-}
-
-/// An element that a mesh does not need.
-struct Skipped;
-
-impl PropertyAccess for Skipped {
-    fn new() -> Self {
-        Self
-    }
+    )
 }

@@ -3,15 +3,13 @@
 use glam::{DVec3, Vec3};
 use ply_rs::ply::{PropertyType, ScalarType};
 
+use super::body::{MAX_SLOTS, Row};
 use super::header::Element;
 use crate::cloud::colour::{Linearizer, channel_max};
 use crate::cloud::read::Source;
 use crate::cloud::rules::find_column;
 use crate::cloud::{ColourBits, RawCloud, ReadOptions};
 use crate::error::Result;
-
-/// Most properties that are kept of a point.
-pub(super) const MAX_SLOTS: usize = 64;
 
 /// Coordinates take the first slots.
 const COORDINATES: [&str; 3] = ["x", "y", "z"];
@@ -26,9 +24,6 @@ const COLOURS: [[&str; 3]; 3] = [
     ["r", "g", "b"],
     ["diffuse_red", "diffuse_green", "diffuse_blue"],
 ];
-
-/// The values of one point, by slot.
-pub(super) type Row = [f64; MAX_SLOTS];
 
 /// The kind of number in a slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

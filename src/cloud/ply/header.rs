@@ -6,9 +6,9 @@ use ply_rs::parser::{Parser, Reader};
 use ply_rs::ply::{DefaultElement, ElementDef, Encoding, PropertyType, ScalarType};
 
 use crate::cloud::UpAxis;
-use crate::cloud::guard::printable;
 use crate::cloud::read::Source;
 use crate::error::Result;
+use crate::text::short_name;
 
 /// Longest header that is read, bytes.
 const MAX_HEADER: u64 = 1 << 20;
@@ -17,19 +17,19 @@ const MAX_HEADER: u64 = 1 << 20;
 const POINT_ELEMENTS: [&str; 4] = ["vertex", "vertices", "point", "points"];
 
 /// One element: its definition, in which property `i` is called `p<i>`, and the names the file gives.
-pub(super) struct Element {
-    pub(super) def: ElementDef,
-    pub(super) names: Vec<String>,
+pub(in crate::cloud) struct Element {
+    pub(in crate::cloud) def: ElementDef,
+    pub(in crate::cloud) names: Vec<String>,
     name: String,
 }
 
 /// What the header says.
-pub(super) struct Header {
-    pub(super) encoding: Encoding,
+pub(in crate::cloud) struct Header {
+    pub(in crate::cloud) encoding: Encoding,
     /// Bytes before the first element.
-    pub(super) length: u64,
+    pub(in crate::cloud) length: u64,
     /// Lines before the first element.
-    pub(super) line_count: usize,
+    pub(in crate::cloud) line_count: usize,
     elements: Vec<Element>,
     points_index: usize,
     comments: Vec<String>,
@@ -37,7 +37,7 @@ pub(super) struct Header {
 
 impl Header {
     /// Reads the header at the start of the file.
-    pub(super) fn read(source: &mut Source<'_>) -> Result<Self> {
+    pub(in crate::cloud) fn read(source: &mut Source<'_>) -> Result<Self> {
         let mut bytes = Vec::new();
         (&source.file)
             .take(MAX_HEADER)
@@ -58,7 +58,7 @@ impl Header {
                 [] => numbered.push_str("comment"),
                 ["element", name, count @ ..] => {
                     numbered.push_str(&format!("element e{} {}", names.len(), count.join(" ")));
-                    names.push((printable(name), Vec::new()));
+                    names.push((short_name(name), Vec::new()));
                 }
                 ["property", "list", count, item, name @ ..] => {
                     numbered.push_str(&format!(
@@ -118,19 +118,34 @@ impl Header {
     }
 
     /// The element that holds the points.
-    pub(super) fn points(&self) -> &Element {
+    pub(in crate::cloud) fn points(&self) -> &Element {
         &self.elements[self.points_index]
     }
 
-    /// The elements that come before the points.
-    pub(super) fn before_points(&self) -> impl Iterator<Item = &Element> {
-        self.elements.iter().take(self.points_index)
+    /// All elements, in the file's order.
+    pub(in crate::cloud) fn elements(&self) -> &[Element] {
+        &self.elements
     }
 
-    /// An error where the file is too short for the counts of the header.
-    pub(super) fn check_counts(&self, source: &Source<'_>) -> Result<()> {
+    /// Which of the elements holds the points.
+    pub(in crate::cloud) fn points_index(&self) -> usize {
+        self.points_index
+    }
+
+    /// Whether no record follows the points.
+    pub(in crate::cloud) fn points_are_last(&self) -> bool {
+        let mut after = self.elements.iter().skip(self.points_index + 1);
+        after.all(|element| element.def.count == 0)
+    }
+
+    /// An error where the file is too short for the counts of its first `element_count` elements.
+    pub(in crate::cloud) fn check_counts(
+        &self,
+        source: &Source<'_>,
+        element_count: usize,
+    ) -> Result<()> {
         let mut left = source.length.saturating_sub(self.length);
-        for element in self.elements.iter().take(self.points_index + 1) {
+        for element in self.elements.iter().take(element_count) {
             let count = element.def.count as u64;
             let size = element.smallest_record(self.encoding);
 
@@ -151,14 +166,14 @@ impl Header {
     }
 
     /// The up axis, where a comment states it: `up_axis y`, `z up`, `Y-up` and the like.
-    pub(super) fn up_axis(&self) -> Option<UpAxis> {
+    pub(in crate::cloud) fn up_axis(&self) -> Option<UpAxis> {
         self.comments.iter().find_map(|comment| up_axis_of(comment))
     }
 }
 
 impl Element {
     /// An element like this one, whose properties go by other names.
-    pub(super) fn renamed(&self, name_of: impl Fn(usize) -> String) -> Self {
+    pub(in crate::cloud) fn renamed(&self, name_of: impl Fn(usize) -> String) -> Self {
         let mut def = ElementDef::new(self.def.name.clone());
         def.count = self.def.count;
         for (index, (_, property)) in self.def.properties.iter().enumerate() {
@@ -174,7 +189,7 @@ impl Element {
     }
 
     /// Fewest bytes that one record can take.
-    fn smallest_record(&self, encoding: Encoding) -> u64 {
+    pub(in crate::cloud) fn smallest_record(&self, encoding: Encoding) -> u64 {
         let sizes =
             self.def
                 .properties
@@ -189,7 +204,7 @@ impl Element {
     }
 
     /// The element's name, fit for messages.
-    pub(super) fn name(&self) -> &str {
+    pub(in crate::cloud) fn name(&self) -> &str {
         &self.name
     }
 }
@@ -198,7 +213,7 @@ fn add_name(elements: &mut [(String, Vec<String>)], words: &[&str]) -> usize {
     let Some((_, names)) = elements.last_mut() else {
         return 0;
     };
-    names.push(printable(&words.join(" ")));
+    names.push(short_name(&words.join(" ")));
     names.len() - 1
 }
 

@@ -2,7 +2,8 @@
 
 use glam::{Vec3, Vec4};
 
-use super::tree::{Meeting, Ray, Stack, Tree, tolerance};
+use super::leaf::{Meeting, Ray, tolerance};
+use super::tree::{Stack, Tree};
 use crate::cloud::{Finish, Surfels, shininess_from_log};
 use crate::gbuffer::SplatSettings;
 use crate::gbuffer::average::Pixel;
@@ -23,8 +24,6 @@ pub(super) struct Leaving {
 #[derive(Debug, Clone, Copy)]
 struct Fragment {
     meeting: Meeting,
-    finish: Finish,
-    radius: f32,
     tolerance: f32,
     /// Whether the front of a mirror is seen.
     mirror: bool,
@@ -51,6 +50,7 @@ struct Front {
 /// Weighted sums of attributes.
 #[derive(Debug, Default)]
 struct Sums {
+    count: u32,
     weight: f32,
     behind: f32,
     normal: Vec3,
@@ -71,8 +71,8 @@ impl<'a> Blender<'a> {
         }
     }
 
-    /// What the ray shows; all zero where it meets nothing.
-    pub(super) fn trace(&mut self, tree: &Tree, leaving: &Leaving) -> Pixel {
+    /// What the ray shows, and of how many discs; all zero where it meets nothing.
+    pub(super) fn trace(&mut self, tree: &Tree, leaving: &Leaving) -> (Pixel, u32) {
         let Self {
             surfels,
             settings,
@@ -86,9 +86,13 @@ impl<'a> Blender<'a> {
         };
         fragments.clear();
         tree.visit(&leaving.ray, stack, |meeting| {
-            if let Some(fragment) = fragment(&meeting, surfels, settings)
-                && !leaves_through(&fragment, leaving, *self_hit)
-                && meeting.distance - fragment.tolerance <= front.distance
+            let fragment = Fragment {
+                meeting,
+                tolerance: tolerance(meeting.radius, meeting.cosine, settings),
+                mirror: meeting.cosine < 0.0 && meeting.mirror,
+            };
+            if meeting.distance - fragment.tolerance <= front.distance
+                && !leaves_through(&meeting, leaving, *self_hit)
             {
                 front = front.nearer(&fragment);
                 fragments.push(fragment);
@@ -98,38 +102,25 @@ impl<'a> Blender<'a> {
         let mut sums = Sums::default();
         for fragment in fragments.iter() {
             let behind = fragment.meeting.distance - front.distance;
-            if fragment.mirror == front.mirror && behind <= fragment.tolerance {
-                sums.add(fragment, behind);
+            if fragment.mirror == front.mirror
+                && behind <= fragment.tolerance
+                && let Some(finish) = surfels.finishes.get(fragment.meeting.surfel as usize)
+            {
+                sums.add(fragment, *finish, behind);
             }
         }
-        sums.average(front.distance, leaving.ray.direction)
+        let pixel = sums.average(front.distance, leaving.ray.direction);
+        (pixel, sums.count)
     }
-}
-
-/// The disc of a meeting, with its material.
-fn fragment(meeting: &Meeting, surfels: &Surfels, settings: &SplatSettings) -> Option<Fragment> {
-    let index = meeting.surfel as usize;
-    let radius = surfels.places.get(index)?.radius;
-    let finish = *surfels.finishes.get(index)?;
-    Some(Fragment {
-        meeting: *meeting,
-        finish,
-        radius,
-        tolerance: tolerance(radius, meeting.cosine, settings),
-        mirror: meeting.cosine < 0.0 && finish.mirror() > 0.0,
-    })
 }
 
 /// Whether the ray passes through a disc of the mirror's own layer on its way out: one that faces the same way as the
 /// mirror, is crossed from behind, and has a plane near to where the ray starts. A concave mirror's far side is crossed
 /// from its front, and stays.
-fn leaves_through(fragment: &Fragment, leaving: &Leaving, self_hit: f32) -> bool {
-    let Meeting {
-        cosine, distance, ..
-    } = fragment.meeting;
-    cosine > 0.0
-        && fragment.finish.normal().dot(leaving.normal) >= PARALLEL_COSINE
-        && distance * cosine <= self_hit * fragment.radius
+fn leaves_through(meeting: &Meeting, leaving: &Leaving, self_hit: f32) -> bool {
+    meeting.cosine > 0.0
+        && meeting.distance * meeting.cosine <= self_hit * meeting.radius
+        && meeting.normal.dot(leaving.normal) >= PARALLEL_COSINE
 }
 
 impl Front {
@@ -149,25 +140,23 @@ impl Front {
 
 impl Sums {
     /// Adds a disc, as the ray sees it. From behind, a diffuse surfel turns its normal, and a mirror is opaque and black.
-    fn add(&mut self, fragment: &Fragment, behind: f32) {
-        let w = weight(fragment.meeting.off_centre);
-        let finish = fragment.finish;
+    fn add(&mut self, fragment: &Fragment, finish: Finish, behind: f32) {
+        let Meeting {
+            off_centre,
+            cosine,
+            normal,
+            radius,
+            mirror,
+            ..
+        } = fragment.meeting;
+        let w = weight(off_centre);
+        self.count += 1;
         self.weight += w;
         self.behind += w * behind;
-        self.radius += w * fragment.radius;
-        let turned = if fragment.meeting.cosine > 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
-        self.normal += finish.normal() * (w * turned);
-        if fragment.mirror || finish.mirror() <= 0.0 {
-            let mirror = if fragment.mirror {
-                finish.mirror()
-            } else {
-                0.0
-            };
-            self.albedo += finish.albedo().extend(mirror) * w;
+        self.radius += w * radius;
+        self.normal += normal * if cosine > 0.0 { -w } else { w };
+        if fragment.mirror || !mirror {
+            self.albedo += finish.albedo().extend(finish.mirror()) * w;
             self.specular += w * finish.specular();
             self.shininess += w * finish.shininess_log();
         }

@@ -5,25 +5,25 @@
 //! the mirror's form.
 
 mod blend;
+mod leaf;
 mod order;
 mod tree;
 
 use std::sync::Arc;
 
-use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::{Eye, Surface};
+use super::{MirrorGBuffer, Surface};
 use crate::backend::cpu::Cpu;
 use crate::cloud::{Surfels, require_memory};
 use crate::error::Result;
 use crate::gbuffer::SplatSettings;
-use crate::grid::Grid;
 use crate::job::Job;
 use crate::settings_group;
 use crate::timing::Timings;
 use blend::{Blender, Leaving};
-use tree::{Ray, Tree};
+use leaf::Ray;
+use tree::Tree;
 
 settings_group! {
     /// How reflected rays are traced.
@@ -33,22 +33,6 @@ settings_group! {
         /// show itself as black specks.
         self_hit: f32 = 2.0, 0.0..=100.0, "x radius";
     }
-}
-
-/// What the mirror pixels show, by their rays.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Traced {
-    /// Where each ray starts, the mirror's point, relative to the scene's origin; w is 1 where a ray was traced, else 0.
-    pub origin: Grid<Vec4>,
-    /// Unit direction of each ray.
-    pub direction: Grid<Vec4>,
-    /// Unit normal of what is seen, towards the mirror, and distance along the ray in the scene's unit; 0 where nothing is
-    /// seen. The place seen is origin + direction x distance.
-    pub surface: Grid<Vec4>,
-    /// Linear RGB, 0 to 1, and mirror reflectance.
-    pub albedo: Grid<Vec4>,
-    /// Specular reflectance, shininess, radius (local spacing), and validity: 1 where something is seen, else 0.
-    pub material: Grid<Vec4>,
 }
 
 /// Traces rays through a cloud. Built once for a cloud and a splat size, then used for any number of pictures.
@@ -89,7 +73,7 @@ impl RayTracer {
         self.tree.memory()
     }
 
-    /// Traces the reflected ray of every pixel that shows a mirror (row `ray_trace`).
+    /// Traces the ray of every pixel of `mirror`, the picture of the rays of `surface` (row `ray_trace`).
     ///
     /// The nearest disc decides whether a mirror or something else is seen; all discs of that class that the ray meets
     /// within the depth tolerance behind it are blended, as in a splatted pixel.
@@ -99,76 +83,66 @@ impl RayTracer {
     pub fn trace(
         &self,
         surface: &Surface<Cpu>,
+        mirror: &mut MirrorGBuffer<Cpu>,
         timings: &mut Timings,
         job: &Job,
-    ) -> Result<Traced> {
+    ) -> Result<()> {
         job.progress("tracing rays", 0, 0)?;
-        timings.time("ray_trace", || self.trace_rows(surface, job))
+        timings.time("ray_trace", || self.trace_rows(surface, mirror, job))
     }
 
-    fn trace_rows(&self, surface: &Surface<Cpu>, job: &Job) -> Result<Traced> {
-        let grid = || Grid::new(surface.size, Vec4::ZERO);
-        let mut traced = Traced {
-            origin: grid(),
-            direction: grid(),
-            surface: grid(),
-            albedo: grid(),
-            material: grid(),
-        };
+    fn trace_rows(
+        &self,
+        surface: &Surface<Cpu>,
+        mirror: &mut MirrorGBuffer<Cpu>,
+        job: &Job,
+    ) -> Result<()> {
         let width = surface.size.x.max(1) as usize;
-        let rows = (
-            traced.origin.values_mut().par_chunks_mut(width),
-            traced.direction.values_mut().par_chunks_mut(width),
-            traced.surface.values_mut().par_chunks_mut(width),
-            traced.albedo.values_mut().par_chunks_mut(width),
-            traced.material.values_mut().par_chunks_mut(width),
+        let rays = (
+            mirror.origin.values().par_chunks(width),
+            mirror.direction.values().par_chunks(width),
+            surface.normal.values().par_chunks(width),
         );
-        rows.into_par_iter().enumerate().try_for_each_init(
+        let seen = (
+            mirror.surface.values_mut().par_chunks_mut(width),
+            mirror.albedo.values_mut().par_chunks_mut(width),
+            mirror.material.values_mut().par_chunks_mut(width),
+            mirror.count.values_mut().par_chunks_mut(width),
+            mirror.level.values_mut().par_chunks_mut(width),
+        );
+        let rows = rays.into_par_iter().zip(seen.into_par_iter());
+        rows.try_for_each_init(
             || Blender::new(&self.surfels, &self.splat, self.settings.self_hit),
-            |blender, (row, (origins, directions, surfaces, albedos, materials))| {
+            |blender, ((origins, directions, normals), seen)| {
                 job.check()?;
-                for column in 0..width {
-                    let Some(leaving) = leaving(surface, row * width + column) else {
+                let (surfaces, albedos, materials, counts, levels) = seen;
+                for column in 0..origins.len() {
+                    let (origin, direction) = (origins[column], directions[column]);
+                    if origin.w <= 0.0 {
                         continue;
+                    }
+                    let leaving = Leaving {
+                        ray: Ray {
+                            origin: origin.truncate(),
+                            direction: direction.truncate(),
+                        },
+                        normal: normals[column].truncate(),
                     };
-                    origins[column] = leaving.ray.origin.extend(1.0);
-                    directions[column] = leaving.ray.direction.extend(0.0);
-                    let seen = blender.trace(&self.tree, &leaving);
-                    surfaces[column] = seen.surface;
-                    albedos[column] = seen.albedo;
-                    materials[column] = seen.material;
+                    let (pixel, count) = blender.trace(&self.tree, &leaving);
+                    surfaces[column] = pixel.surface;
+                    albedos[column] = pixel.albedo;
+                    materials[column] = pixel.material;
+                    counts[column] = count;
+                    levels[column] = if count > 0 { BY_RAY } else { 0.0 };
                 }
                 Ok(())
             },
-        )?;
-        Ok(traced)
+        )
     }
 }
 
-/// The ray that leaves the mirror at the pixel `index`; `None` where there is none.
-fn leaving(surface: &Surface<Cpu>, index: usize) -> Option<Leaving> {
-    let point = *surface.point.values().get(index)?;
-    if point.w <= 0.0 {
-        return None;
-    }
-    let eye = match &surface.eye {
-        Eye::Point(eye) => *eye,
-        Eye::PerPixel(eyes) => eyes.values().get(index)?.truncate(),
-    };
-    let origin = point.truncate();
-    let normal = surface.normal.values().get(index)?.truncate();
-    let view = (origin - eye).try_normalize()?;
-    let direction = reflect(view, normal).try_normalize()?;
-    Some(Leaving {
-        ray: Ray { origin, direction },
-        normal,
-    })
-}
-
-/// A direction after a mirror of that unit normal.
-fn reflect(direction: Vec3, normal: Vec3) -> Vec3 {
-    direction - normal * (2.0 * direction.dot(normal))
-}
+/// [`MirrorGBuffer::level`] of a pixel that a ray found.
+const BY_RAY: f32 = -1.0;
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,7 @@
-//! The order in which discs are packed into the tree: along a Hilbert curve, so that discs next to each other in the
-//! order lie next to each other in space, however unevenly the points are spread.
+//! The order in which discs are packed into the tree: along a Morton curve, so that discs next to each other in the order
+//! mostly lie next to each other in space, however unevenly the points are spread.
+//!
+//! A Hilbert curve, which never jumps, would make tracing a tenth faster and building twice as slow.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -32,7 +34,7 @@ pub(super) fn along_curve(places: &[Place]) -> Vec<u32> {
         .map(|(index, place)| {
             let cell = ((place.position - min) * scale).min(Vec3::splat(cells - 1.0));
             let cell = [cell.x as u32, cell.y as u32, cell.z as u32];
-            (hilbert_key(cell), index as u32)
+            (morton_key(cell), index as u32)
         })
         .collect();
     keyed.par_sort_unstable();
@@ -49,32 +51,9 @@ fn bounds(places: &[Place]) -> (Vec3, Vec3) {
         .fold(EMPTY, |(min, max), p| (min.min(p), max.max(p)))
 }
 
-/// Place along a Hilbert curve of a cell with coordinates below 2^21: Gray code and inverse rotations, from the top bit
-/// down [Skilling 2004, "Programming the Hilbert curve"].
-fn hilbert_key(mut cell: [u32; 3]) -> u64 {
-    // Undo the rotations and reflections of each level's cube.
-    let mut bit = 1u32 << (BITS - 1);
-    while bit > 1 {
-        let low = bit - 1;
-        for axis in 0..3 {
-            let flip = 0u32.wrapping_sub(u32::from(cell[axis] & bit != 0));
-            let exchange = (cell[0] ^ cell[axis]) & low & !flip;
-            cell[0] ^= (low & flip) | exchange;
-            cell[axis] ^= exchange;
-        }
-        bit >>= 1;
-    }
-    // Gray code.
-    cell[1] ^= cell[0];
-    cell[2] ^= cell[1];
-    let mut parity = 0;
-    let mut bit = 1u32 << (BITS - 1);
-    while bit > 1 {
-        parity ^= (bit - 1) & 0u32.wrapping_sub(u32::from(cell[2] & bit != 0));
-        bit >>= 1;
-    }
-    let [x, y, z] = cell.map(|c| spread(c ^ parity));
-    x << 2 | y << 1 | z
+/// Place along a Morton curve of a cell with coordinates below 2^21: their bits, one of each in turn.
+fn morton_key([x, y, z]: [u32; 3]) -> u64 {
+    spread(x) << 2 | spread(y) << 1 | spread(z)
 }
 
 /// The 21 bits of `value`, two zeros after each.
@@ -92,15 +71,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn neighbours_on_the_curve_share_a_face() {
-        let mut cells: Vec<[u32; 3]> = (0..8u32.pow(4))
-            .map(|i| [i % 16, i / 16 % 16, i / 256])
-            .collect();
-        cells.sort_by_key(|&cell| hilbert_key(cell));
-        for pair in cells.windows(2) {
-            let steps: u32 = (0..3).map(|k| pair[0][k].abs_diff(pair[1][k])).sum();
-            assert_eq!(steps, 1, "from {:?} to {:?}", pair[0], pair[1]);
-        }
+    fn keys_interleave_the_bits_of_the_coordinates() {
+        assert_eq!(morton_key([1, 0, 0]), 0b100);
+        assert_eq!(morton_key([3, 1, 2]), 0b101_110);
+        let last = (1 << BITS) - 1;
+        assert_eq!(morton_key([last; 3]), (1 << (3 * BITS)) - 1);
     }
 
     #[test]

@@ -1,10 +1,12 @@
 //! Single rays, whose answers are known on paper.
 
-use glam::{DVec3, UVec2};
+use glam::{DVec3, UVec2, Vec3, Vec4};
 
 use super::*;
 use crate::cloud::{Finish, Place, Surfel};
 use crate::gbuffer::average::Pixel;
+use crate::grid::Grid;
+use crate::reflect::Eye;
 
 /// A white diffuse disc of radius 0.1.
 fn disc(position: Vec3, normal: Vec3) -> Surfel {
@@ -69,21 +71,18 @@ fn horizontal_mirror(points: &[Vec3]) -> Surface<Cpu> {
 }
 
 fn trace(surfels: &[Surfel], points: &[Vec3]) -> Vec<Pixel> {
-    let traced = tracer(surfels)
+    let surface = horizontal_mirror(points);
+    let mut mirror = MirrorGBuffer::of(&surface);
+    tracer(surfels)
         .trace(
-            &horizontal_mirror(points),
+            &surface,
+            &mut mirror,
             &mut Timings::default(),
             &Job::default(),
         )
         .unwrap();
-    let columns = traced.surface.values().iter().zip(traced.albedo.values());
-    let pixels = columns.zip(traced.material.values());
-    pixels
-        .map(|((surface, albedo), material)| Pixel {
-            surface: *surface,
-            albedo: *albedo,
-            material: *material,
-        })
+    (0..points.len())
+        .map(|i| mirror.at(i).unwrap_or_default())
         .collect()
 }
 
@@ -302,10 +301,8 @@ fn a_cancelled_job_traces_nothing() {
     let job = Job::default();
     let tracer = tracer(&[disc(Vec3::Z, -Vec3::Z)]);
     job.cancel();
-    let result = tracer.trace(
-        &horizontal_mirror(&[Vec3::ZERO]),
-        &mut Timings::default(),
-        &job,
-    );
+    let surface = horizontal_mirror(&[Vec3::ZERO]);
+    let mut mirror = MirrorGBuffer::of(&surface);
+    let result = tracer.trace(&surface, &mut mirror, &mut Timings::default(), &job);
     assert!(result.is_err(), "a cancelled job must stop");
 }

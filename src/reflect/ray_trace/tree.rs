@@ -1,33 +1,16 @@
-//! A tree of boxes over discs: eight discs a leaf, eight children a node, packed level by level along a Hilbert curve
+//! A tree of boxes over discs: eight discs a leaf, eight children a node, packed level by level along a Morton curve
 //! (a packed R-tree, [Kamel and Faloutsos 1993]). Its size follows from the number of discs alone.
 
-use glam::Vec3;
 use rayon::prelude::*;
 use wide::f32x8;
 
+use super::leaf::{Bounds, Leaf, Meeting, Ray, Vec3x8, WIDTH, leaf};
 use super::order::along_curve;
 use crate::cloud::Surfels;
 use crate::gbuffer::SplatSettings;
-use crate::gbuffer::disc::{EDGE_ON_COSINE_SQUARED, MAX_TOLERANCE_SLOPE};
-
-/// Discs of a leaf, and children of a node: what one comparison handles.
-pub(super) const WIDTH: usize = 8;
 
 /// Nodes a task, when a level is built.
 const CHUNK: usize = 1 << 10;
-
-/// Three coordinates of eight things.
-type Vec3x8 = [f32x8; 3];
-
-/// Eight discs.
-#[derive(Debug, Clone, Copy)]
-struct Leaf {
-    centre: Vec3x8,
-    normal: Vec3x8,
-    radius: f32x8,
-    /// Indices of the surfels.
-    surfels: [u32; WIDTH],
-}
 
 /// The boxes of eight children.
 #[derive(Debug, Clone, Copy)]
@@ -36,35 +19,6 @@ struct Node {
     max: Vec3x8,
     /// How far behind the nearest hit a disc of this child may still be blended.
     reach: f32x8,
-}
-
-/// A box around discs, and their largest reach.
-#[derive(Debug, Clone, Copy)]
-struct Bounds {
-    min: Vec3,
-    max: Vec3,
-    reach: f32,
-}
-
-/// A ray to be traced.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Ray {
-    pub(super) origin: Vec3,
-    /// Unit length.
-    pub(super) direction: Vec3,
-}
-
-/// Where a ray meets a disc.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Meeting {
-    /// Index of the surfel.
-    pub(super) surfel: u32,
-    /// Along the ray, above 0.
-    pub(super) distance: f32,
-    /// Squared distance from the disc's centre over its squared half width, 0 to 1.
-    pub(super) off_centre: f32,
-    /// The disc's normal times the ray's direction: above 0 where it is met from behind.
-    pub(super) cosine: f32,
 }
 
 /// A child that is still to be visited.
@@ -89,22 +43,6 @@ pub(super) struct Tree {
     levels: Vec<Vec<Node>>,
     /// Squared half width of a disc over its squared radius.
     size_squared: f32,
-}
-
-impl Bounds {
-    const EMPTY: Self = Self {
-        min: Vec3::INFINITY,
-        max: Vec3::NEG_INFINITY,
-        reach: 0.0,
-    };
-
-    fn union(self, other: Self) -> Self {
-        Self {
-            min: self.min.min(other.min),
-            max: self.max.max(other.max),
-            reach: self.reach.max(other.reach),
-        }
-    }
 }
 
 /// Memory of a tree over so many discs, with what building it takes for a while; bytes.
@@ -242,95 +180,6 @@ impl Slabs {
         let entered = enter.simd_le(leave) & soonest.simd_le(f32x8::splat(nearest));
         (soonest.to_array(), entered.to_bitmask())
     }
-}
-
-impl Leaf {
-    /// Calls `meet` with each disc that the ray meets.
-    #[inline(always)]
-    fn meet(&self, ray: &Ray, size_squared: f32, mut meet: impl FnMut(Meeting)) {
-        let direction = ray.direction.to_array().map(f32x8::splat);
-        let origin = ray.origin.to_array().map(f32x8::splat);
-        let to_centre: Vec3x8 = std::array::from_fn(|k| self.centre[k] - origin[k]);
-        let cosine = dot(self.normal, direction);
-        let distance = dot(self.normal, to_centre) / cosine;
-        let off: Vec3x8 = std::array::from_fn(|k| direction[k] * distance - to_centre[k]);
-        let off_centre = dot(off, off) / (self.radius * self.radius * f32x8::splat(size_squared));
-        // Neither an empty lane nor a disc without finite place or size passes these comparisons.
-        let met = off_centre.simd_le(f32x8::ONE)
-            & distance.simd_gt(f32x8::ZERO)
-            & (cosine * cosine).simd_ge(f32x8::splat(EDGE_ON_COSINE_SQUARED));
-        let mut met = met.to_bitmask();
-        if met == 0 {
-            return;
-        }
-        let (distance, off_centre) = (distance.to_array(), off_centre.to_array());
-        let cosine = cosine.to_array();
-        while met != 0 {
-            let lane = met.trailing_zeros() as usize & (WIDTH - 1);
-            met &= met - 1;
-            meet(Meeting {
-                surfel: self.surfels[lane],
-                distance: distance[lane],
-                off_centre: off_centre[lane],
-                cosine: cosine[lane],
-            });
-        }
-    }
-}
-
-fn dot(a: Vec3x8, b: Vec3x8) -> f32x8 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// How far behind the nearest hit a disc may be blended, met at the angle of `cosine` (absolute) with its normal.
-pub(super) fn tolerance(radius: f32, cosine: f32, settings: &SplatSettings) -> f32 {
-    let slope = (1.0 / (cosine * cosine) - 1.0).max(0.0).sqrt();
-    radius * (settings.depth_tolerance + slope.min(MAX_TOLERANCE_SLOPE))
-}
-
-/// A leaf of up to eight surfels, and the box around them.
-fn leaf(surfels: &Surfels, indices: &[u32], settings: &SplatSettings) -> (Leaf, Bounds) {
-    let mut centre = [[0.0; WIDTH]; 3];
-    let mut normal = [[0.0; WIDTH]; 3];
-    // Discs of no size are met by no ray.
-    let mut radius = [f32::NAN; WIDTH];
-    let mut slots = [0; WIDTH];
-    let mut bounds = Bounds::EMPTY;
-    for (lane, &index) in indices.iter().enumerate().take(WIDTH) {
-        let (Some(place), Some(finish)) = (
-            surfels.places.get(index as usize),
-            surfels.finishes.get(index as usize),
-        ) else {
-            continue;
-        };
-        let (c, n) = (place.position, finish.normal());
-        for axis in 0..3 {
-            centre[axis][lane] = c[axis];
-            normal[axis][lane] = n[axis];
-        }
-        radius[lane] = place.radius;
-        slots[lane] = index;
-        if !(c.is_finite() && place.radius.is_finite()) {
-            radius[lane] = f32::NAN;
-            continue;
-        }
-        let half = place.radius * settings.size;
-        // A little more, so that rounding never cuts a disc off.
-        let tilt = |n: f32| (1.0 - n * n).max(0.0).sqrt() + 1e-3;
-        let extent = Vec3::new(tilt(n.x), tilt(n.y), tilt(n.z)) * half + c.abs() * 1e-6;
-        bounds = bounds.union(Bounds {
-            min: c - extent,
-            max: c + extent,
-            reach: place.radius * (settings.depth_tolerance + MAX_TOLERANCE_SLOPE),
-        });
-    }
-    let leaf = Leaf {
-        centre: centre.map(f32x8::from),
-        normal: normal.map(f32x8::from),
-        radius: f32x8::from(radius),
-        surfels: slots,
-    };
-    (leaf, bounds)
 }
 
 /// A node over up to eight boxes, and the box around them.

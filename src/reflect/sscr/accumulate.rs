@@ -15,7 +15,7 @@ use crate::gbuffer::average::{Pixel, average};
 use crate::gbuffer::disc::{PixelRect, weight};
 use crate::gbuffer::tiles::Tiles;
 use crate::gbuffer::visibility::{Sums, attributes, scale};
-use crate::gbuffer::{EMPTY, depth_from_key, depth_key};
+use crate::gbuffer::{Class, EMPTY, depth_from_key, depth_key, same_class};
 use crate::reflect::{Hit, MirrorGBuffer};
 
 /// A ray that meets a surfel's plane at more than this many times the distance of the hit, or less than its inverse, takes
@@ -148,7 +148,7 @@ impl Context<'_> {
         let mut shown = vec![0u32; pixels];
         let mut sums = vec![Sums::default(); pixels];
         let key = |splat: &Splat, f: &Fragment| {
-            depth_key(f.distance, !f.behind && splat.finish.mirror() > 0.0, false)
+            depth_key(f.distance, Class::of(splat.finish, f.behind), false)
         };
 
         // Depth.
@@ -159,14 +159,14 @@ impl Context<'_> {
 
         // Visibility.
         self.visit(tile, splats, |value, splat, f| {
-            let Some((front, mirror)) = depth_from_key(keys[value]) else {
+            let Some(front) = depth_from_key(keys[value]) else {
                 return;
             };
             let own = key(splat, f);
             let visible = match self.settings.visibility {
                 Visibility::Accumulate => {
                     let offset = self.settings.depth_offset * splat.place.radius;
-                    (own & 1 == 1) == mirror && f.distance - front <= offset
+                    same_class(own, keys[value]) && f.distance - front <= offset
                 }
                 Visibility::Nearest => own == keys[value],
             };

@@ -6,6 +6,8 @@ pub mod curvature;
 pub mod distribute;
 pub mod lhc;
 pub mod mirror_error;
+mod mirror_pixels;
+mod random;
 pub mod root_find;
 mod settings;
 

@@ -8,12 +8,14 @@ use glam::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::mirror_error::{MirrorPoint, mirror_error};
+use super::mirror_pixels::MirrorPixels;
+use super::random::Random;
 use super::{LhcMap, Region, SscrSettings};
 use crate::backend::cpu::Cpu;
 use crate::cloud::Place;
 use crate::error::Result;
 use crate::job::Job;
-use crate::reflect::{Eye, Hit, Surface};
+use crate::reflect::{Hit, Surface};
 
 /// Smallest step that is still taken, pixels. The mirror is known at pixel centres, so that shorter steps seldom lead
 /// anywhere; already at 1 the sphere loses four hits in ten, since the last bracket of two often forms below it.
@@ -88,39 +90,11 @@ pub struct SearchCounts {
 }
 
 /// The mirrors in which points are searched.
-#[derive(Clone, Copy)]
+#[derive(Debug)]
 pub struct RootFinder<'a> {
-    /// The mirrors' surface.
-    pub surface: &'a Surface<Cpu>,
-    /// Its regions.
-    pub lhc: &'a LhcMap,
-    /// The picture's x axis in the scene, unit length: the first component of the error follows it.
-    pub right: Vec3,
-    /// What the search may do.
-    pub params: RootFindParams,
-}
-
-/// A random sequence of its own for every point.
-struct Random(u32);
-
-impl Random {
-    fn new(point: u32) -> Self {
-        Self(scramble(point))
-    }
-
-    /// 0 to 1, exclusive.
-    fn next(&mut self) -> f32 {
-        self.0 = scramble(self.0);
-        (self.0 >> 8) as f32 * (1.0 / 16_777_216.0)
-    }
-}
-
-/// A permutation of the integers without pattern: one step of a linear congruence, permuted by its own top bits
-/// [O'Neill 2014, "PCG", RXS-M-XS].
-fn scramble(value: u32) -> u32 {
-    let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
-    (word >> 22) ^ word
+    regions: &'a [Region],
+    mirrors: MirrorPixels,
+    params: RootFindParams,
 }
 
 /// A place in the region, and the error there.
@@ -140,12 +114,11 @@ struct Axis {
 impl Axis {
     /// Turns round, and halves the step, as the errors before and after a step say.
     fn turn(&mut self, before: f32, after: f32) {
-        if opposite(before, after) {
-            self.direction = -self.direction;
-            self.step *= 0.5;
-        } else if after.abs() >= before.abs() {
-            self.direction = -self.direction;
-        }
+        // Without branches: which way it goes is as good as random.
+        let passed = opposite(before, after);
+        let farther = after.abs() >= before.abs();
+        self.direction *= 1.0 - 2.0 * f32::from(u8::from(passed | farther));
+        self.step *= 1.0 - 0.5 * f32::from(u8::from(passed));
     }
 }
 
@@ -166,7 +139,25 @@ fn between(first: f32, last: f32, first_error: f32, last_error: f32) -> f32 {
     first + (last - first) * part
 }
 
-impl RootFinder<'_> {
+impl<'a> RootFinder<'a> {
+    /// Readies the mirrors of a picture for searching; `right` is its x axis in the scene, unit length, which the first
+    /// component of errors follows.
+    ///
+    /// # Errors
+    /// [`crate::Error::Memory`] where the picture is too large.
+    pub fn new(
+        surface: &Surface<Cpu>,
+        lhc: &'a LhcMap,
+        right: Vec3,
+        params: RootFindParams,
+    ) -> Result<Self> {
+        Ok(Self {
+            regions: &lhc.regions,
+            mirrors: MirrorPixels::new(surface, lhc, right)?,
+            params,
+        })
+    }
+
     /// Searches region `region` (counted from 1) for the pixel that shows the point.
     ///
     /// `index` is the point's own number, which its random sequence follows from. Whichever way the point's surface
@@ -175,26 +166,25 @@ impl RootFinder<'_> {
         self.find_by(mirror_error, index, point, region)
     }
 
-    /// Like [`RootFinder::find`], with another error function: it takes what the mirror is at a pixel, the picture's x
-    /// axis and the point.
+    /// Like [`RootFinder::find`], with another error function.
     pub fn find_by(
         &self,
-        error: impl Fn(&MirrorPoint, Vec3, Vec3) -> Vec2,
+        error: impl Fn(&MirrorPoint, Vec3) -> Vec2,
         index: u32,
         point: Vec3,
         region: u32,
     ) -> Outcome {
         let Some(bounds) = region
             .checked_sub(1)
-            .and_then(|k| self.lhc.regions.get(k as usize))
+            .and_then(|k| self.regions.get(k as usize))
         else {
             return Outcome::Lost(0);
         };
         let probe = |at: Vec2| {
-            let mirror = self.mirror_at(at, region)?;
+            let mirror = self.mirrors.at(at, region)?;
             Some(Probe {
                 at,
-                error: error(&mirror, self.right, point),
+                error: error(mirror, point),
             })
         };
 
@@ -216,8 +206,7 @@ impl RootFinder<'_> {
 
         for steps in 0..=self.params.max_steps {
             // The root lies between two near places of opposite errors.
-            if opposite(first.error.x, second.error.x)
-                && opposite(first.error.y, second.error.y)
+            if opposite(first.error.x, second.error.x) & opposite(first.error.y, second.error.y)
                 && first.at.distance_squared(second.at) < self.params.threshold.powi(2)
             {
                 return self.accept(&error, &first, &second, point, region, steps);
@@ -249,7 +238,7 @@ impl RootFinder<'_> {
     /// The root between two places, unless the point lies behind the mirror there, or belongs to it.
     fn accept(
         &self,
-        error: impl Fn(&MirrorPoint, Vec3, Vec3) -> Vec2,
+        error: impl Fn(&MirrorPoint, Vec3) -> Vec2,
         first: &Probe,
         second: &Probe,
         point: Vec3,
@@ -264,8 +253,9 @@ impl RootFinder<'_> {
         );
         // Between two pixels of the region there may be one of another.
         let mirror = self
-            .mirror_at(pixel, region)
-            .or_else(|| self.mirror_at(b, region));
+            .mirrors
+            .at(pixel, region)
+            .or_else(|| self.mirrors.at(b, region));
         let Some(mirror) = mirror else {
             return Outcome::Lost(steps);
         };
@@ -278,31 +268,7 @@ impl RootFinder<'_> {
             pixel,
             distance,
             steps,
-            residual: error(&mirror, self.right, point).length(),
-        })
-    }
-
-    /// The mirror at a place of the picture; `None` outside of the region.
-    fn mirror_at(&self, at: Vec2, region: u32) -> Option<MirrorPoint> {
-        let size = self.surface.size;
-        if !(at.x >= 0.0 && at.y >= 0.0 && at.x < size.x as f32 && at.y < size.y as f32) {
-            return None;
-        }
-        let index = at.y as usize * size.x as usize + at.x as usize;
-        if *self.lhc.labels.values().get(index)? != region {
-            return None;
-        }
-        let position = self.surface.point.values().get(index)?.truncate();
-        let normal = *self.surface.normal.values().get(index)?;
-        let eye = match &self.surface.eye {
-            Eye::Point(eye) => *eye,
-            Eye::PerPixel(eyes) => eyes.values().get(index)?.truncate(),
-        };
-        Some(MirrorPoint {
-            position,
-            normal: normal.truncate(),
-            to_eye: (eye - position).normalize_or_zero(),
-            spacing: normal.w,
+            residual: error(mirror, point).length(),
         })
     }
 
@@ -374,46 +340,4 @@ fn random_pixel(region: &Region, random: &mut Random) -> Vec2 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn random_numbers_fill_their_range_evenly() {
-        let mut bins = [0; 16];
-        for point in 0..4096 {
-            let mut random = Random::new(point);
-            for _ in 0..4 {
-                let u = random.next();
-                assert!((0.0..1.0).contains(&u), "{u}");
-                bins[(u * 16.0) as usize] += 1;
-            }
-        }
-        // 1024 expected, standard deviation 31.
-        assert!(
-            bins.iter().all(|n| (1024 - 140..=1024 + 140).contains(n)),
-            "{bins:?}"
-        );
-    }
-
-    #[test]
-    fn the_root_divides_the_step_as_the_errors_do() {
-        assert_eq!(between(2.0, 6.0, 1.0, -3.0), 3.0);
-        assert_eq!(between(2.0, 6.0, 0.0, 0.0), 4.0);
-    }
-
-    #[test]
-    fn a_change_of_sign_turns_round_and_halves_the_step() {
-        let axis = Axis {
-            direction: 1.0,
-            step: 8.0,
-        };
-        let turned = |before: f32, after: f32| {
-            let mut axis = axis;
-            axis.turn(before, after);
-            (axis.direction, axis.step)
-        };
-        assert_eq!(turned(2.0, 1.0), (1.0, 8.0), "nearer");
-        assert_eq!(turned(1.0, 2.0), (-1.0, 8.0), "farther");
-        assert_eq!(turned(1.0, -0.5), (-1.0, 4.0), "passed");
-    }
-}
+mod tests;

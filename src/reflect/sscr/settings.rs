@@ -35,14 +35,15 @@ settings_group! {
     pub struct SscrSettings in "sscr" {
         /// How the pixel that shows a point is searched.
         search: Search = Search::Interleaved;
-        /// How often a point that was lost starts again from another place of its region. The first two gain most
-        /// [Preiner 2010, figure 5.4]; cost grows with the points that are lost.
+        /// How many more random pixels of the region's box are tried for each of the two places where a search starts, if
+        /// the first lies outside of the region. The first two gain most [Preiner 2010, figure 5.4]: the sphere's hit rate
+        /// is 24, 34, 36 and 37 % for 0, 1, 2 and 4.
         seed_attempts: u32 = 4, 0..=64, "attempts";
-        /// How often a step that leaves the region is halved before the start is given up. The first two gain most
-        /// [Preiner 2010, figure 5.5].
+        /// How often a step that leaves the region is halved before the point is given up. The first two gain most
+        /// [Preiner 2010, figure 5.5]: the torus's hit rate is 6, 10, 12 and 13 % for 0, 1, 2 and 4.
         step_attempts: u32 = 2, 0..=64, "attempts";
-        /// Steps of one start at most. 10 lose points, more than 20 find hardly any more; cost grows with the points that
-        /// no mirror shows.
+        /// Steps of a search at most. 10 lose points, more than 20 find hardly any more; cost grows with the points that no
+        /// mirror shows.
         max_steps: u32 = 24, 1..=1000, "steps";
         /// First step, along x and y, as a fraction of the region's box [Preiner 2010, section 3.4 and figure 5.2].
         /// Large ones leave narrow regions, small ones take longer: half the speed at 0.02.

@@ -4,7 +4,7 @@ use glam::DMat4;
 
 use super::each;
 use crate::cloud::generate::{DEFAULT_POINTS, MAX_POINTS, SceneName};
-use crate::cloud::{ColourBits, MirrorRule, Select, UpAxis};
+use crate::cloud::{ColourBits, MirrorRule, Select, UpAxis, transform_fault};
 use crate::error::{Error, Result};
 use crate::scene::reader::{COORDINATE, FRACTION, Field, LENGTH, SHININESS, Table};
 use crate::scene::{CloudSource, DEFAULT_SEED, SceneCloud, keys};
@@ -114,25 +114,8 @@ fn transform(field: Field<'_>) -> Result<DMat4> {
         return field.must_be(what);
     };
     let scene_from_cloud = DMat4::from_cols_array(&numbers).transpose();
-    if scene_from_cloud.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
-        return field.error("must have 0, 0, 0, 1 as its last row; it moves, turns and scales");
-    }
-    // The volume of the unit cube against that of a cube with the same edge lengths.
-    let axes = [
-        scene_from_cloud.x_axis,
-        scene_from_cloud.y_axis,
-        scene_from_cloud.z_axis,
-    ]
-    .map(|a| a.truncate());
-    let volume = axes[0].cross(axes[1]).dot(axes[2]);
-    let largest = axes[0].length() * axes[1].length() * axes[2].length();
-    if !volume.is_finite() || volume.abs() <= 1e-9 * largest || volume == 0.0 {
-        return field.error("is singular; its first three columns must span space");
-    }
-    if volume < 0.0 {
-        return field.error(
-            "mirrors the cloud (negative determinant); only motions and scalings are allowed",
-        );
+    if let Some(fault) = transform_fault(&scene_from_cloud) {
+        return field.error(fault);
     }
     Ok(scene_from_cloud)
 }

@@ -25,12 +25,9 @@ pub(super) fn light(field: &Field<'_>) -> Result<SceneLight> {
     let intensity = table
         .required("intensity", "[6, 6, 6]")?
         .numbers("[red, green, blue]", &AMOUNT)?;
-    let outer_field = table.get("outer_angle_degrees");
-    let outer = outer_field
-        .as_ref()
-        .map(|f| f.number(&HALF_ANGLE))
-        .transpose()?;
-    let inner = table.optional("inner_angle_degrees", |f| f.number(&HALF_ANGLE))?;
+    let half_angle = |key| table.optional(key, |f| f.number(&HALF_ANGLE));
+    let outer = half_angle("outer_angle_degrees")?;
+    let inner = half_angle("inner_angle_degrees")?;
     // One angle alone sets the other, so that it cannot contradict a default.
     let (inner, outer) = match (inner, outer) {
         (Some(inner), Some(outer)) => (inner, outer),
@@ -38,12 +35,14 @@ pub(super) fn light(field: &Field<'_>) -> Result<SceneLight> {
         (None, Some(outer)) => (outer.min(25.0), outer),
         (None, None) => (25.0, 35.0),
     };
-    if let Some(field) = outer_field
-        && (outer < inner || outer == 0.0)
-    {
-        return field.error(format!(
-            "is {outer}; it must be above 0 and at least the inner angle, which is {inner}"
-        ));
+    if outer < inner || outer == 0.0 {
+        let name = &table.name;
+        let origins = table.origins();
+        let suspects = ["outer_angle_degrees", "inner_angle_degrees"];
+        return Err(origins.to_blame(&suspects).error(format!(
+            "{name}.outer_angle_degrees is {outer}; it must be above 0 and at least {name}.inner_angle_degrees, which \
+             is {inner}"
+        )));
     }
     Ok(SceneLight {
         position,
@@ -78,6 +77,6 @@ pub(super) fn camera(field: &Field<'_>) -> Result<SceneCamera> {
         near: length("near")?,
         far: length("far")?,
         size: table.optional("size", size)?,
-        origin: table.last_origin().clone(),
+        origins: table.origins(),
     })
 }

@@ -1,0 +1,120 @@
+//! The mirrors of a picture, laid out for the search.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::mirror_error::MirrorPoint;
+use super::{LhcMap, Region};
+use crate::backend::cpu::Cpu;
+use crate::cloud::require_memory;
+use crate::error::Result;
+use crate::gbuffer::disc::PixelRect;
+use crate::reflect::{Eye, Surface};
+
+/// All that the search asks of a pixel, in one cache line: its steps jump about the picture.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct MirrorPixel {
+    mirror: MirrorPoint,
+    /// 0 where there is no mirror.
+    region: u32,
+}
+
+/// The mirrors of a picture, in the rectangle around all regions.
+#[derive(Debug)]
+pub(super) struct MirrorPixels {
+    bounds: PixelRect,
+    /// Row by row.
+    pixels: Vec<MirrorPixel>,
+}
+
+impl MirrorPixels {
+    /// Lays out the mirrors of a picture with the unit x axis `right`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Memory`] where the picture is too large.
+    pub(super) fn new(surface: &Surface<Cpu>, lhc: &LhcMap, right: Vec3) -> Result<Self> {
+        let bounds = around(&lhc.regions);
+        let width = bounds.x1.saturating_sub(bounds.x0) as usize;
+        let height = bounds.y1.saturating_sub(bounds.y0) as usize;
+        let memory = (width * height * size_of::<MirrorPixel>()) as u64;
+        require_memory("searching the mirrors", memory)?;
+        let pixel = |i: usize| {
+            let (x, y) = (
+                bounds.x0 as usize + i % width,
+                bounds.y0 as usize + i / width,
+            );
+            mirror_pixel(surface, lhc, right, x, y).unwrap_or(NO_MIRROR)
+        };
+        Ok(Self {
+            bounds,
+            pixels: (0..width * height).into_par_iter().map(pixel).collect(),
+        })
+    }
+
+    /// The mirror at a place of the picture; `None` outside of the region.
+    pub(super) fn at(&self, at: Vec2, region: u32) -> Option<&MirrorPoint> {
+        let b = self.bounds;
+        let inside =
+            at.x >= b.x0 as f32 && at.y >= b.y0 as f32 && at.x < b.x1 as f32 && at.y < b.y1 as f32;
+        if !inside {
+            return None;
+        }
+        let (column, row) = (at.x as u32 - b.x0, at.y as u32 - b.y0);
+        let index = row as usize * (b.x1 - b.x0) as usize + column as usize;
+        let pixel = self.pixels.get(index)?;
+        (pixel.region == region).then_some(&pixel.mirror)
+    }
+}
+
+const NO_MIRROR: MirrorPixel = MirrorPixel {
+    mirror: MirrorPoint {
+        position: Vec3::ZERO,
+        normal: Vec3::ZERO,
+        to_eye: Vec3::ZERO,
+        right: Vec3::ZERO,
+        reflected: Vec2::ZERO,
+        spacing: 0.0,
+    },
+    region: 0,
+};
+
+/// The mirror in column `x`, row `y`; `None` where there is none.
+fn mirror_pixel(
+    surface: &Surface<Cpu>,
+    lhc: &LhcMap,
+    right: Vec3,
+    x: usize,
+    y: usize,
+) -> Option<MirrorPixel> {
+    let region = *lhc.labels.get(x, y)?;
+    let point = surface.point.get(x, y)?;
+    if region == 0 || point.w <= 0.0 {
+        return None;
+    }
+    let normal = surface.normal.get(x, y)?;
+    let eye = match &surface.eye {
+        Eye::Point(eye) => *eye,
+        Eye::PerPixel(eyes) => eyes.get(x, y)?.truncate(),
+    };
+    let mirror = MirrorPoint::new(point.truncate(), normal.truncate(), normal.w, eye, right);
+    Some(MirrorPixel { mirror, region })
+}
+
+/// The smallest rectangle around all regions.
+fn around(regions: &[Region]) -> PixelRect {
+    let mut bounds = regions.iter().map(|region| region.bounds);
+    let nothing = PixelRect {
+        x0: 0,
+        y0: 0,
+        x1: 0,
+        y1: 0,
+    };
+    let first = bounds.next().unwrap_or(nothing);
+    bounds.fold(first, |a, b| PixelRect {
+        x0: a.x0.min(b.x0),
+        y0: a.y0.min(b.y0),
+        x1: a.x1.max(b.x1),
+        y1: a.y1.max(b.y1),
+    })
+}
