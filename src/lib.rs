@@ -12,6 +12,7 @@ pub mod grid;
 pub mod image;
 pub mod job;
 pub mod measure;
+mod memory;
 pub mod output;
 pub mod plan;
 pub mod reflect;

@@ -16,6 +16,8 @@ use crate::gi::shade::shade_mirror;
 use crate::grid::Grid;
 use crate::job::Job;
 use crate::measure::BounceReport;
+use crate::memory::{GridsIn, Rendering};
+use crate::output::OutputKind;
 use crate::plan::{Plan, Stage};
 use crate::reflect::{MirrorGBuffer, Reflector, blend};
 use crate::settings::Settings;
@@ -149,10 +151,36 @@ impl Renderer {
         }
     }
 
+    /// Whether a frame and, one after the other, the files made of it fit into main memory, to be asked before long work.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] where they would not.
+    pub fn require_memory(
+        &self,
+        view: &View,
+        plan: &Plan,
+        settings: &Settings,
+        outputs: &[OutputKind],
+    ) -> Result<()> {
+        let grids = match &self.session {
+            AnySession::Cpu(_) => GridsIn::MainMemory,
+            AnySession::Gpu(s) if s.backend.device().is_software() => GridsIn::SoftwareDevice,
+            AnySession::Gpu(_) => GridsIn::Device,
+        };
+        let rendering = Rendering {
+            size: view.pinhole.size,
+            lights: view.lights.len(),
+            plan,
+            settings,
+            outputs,
+        };
+        rendering.require_memory(grids)
+    }
+
     /// Renders one frame and brings it to main memory.
     ///
     /// # Errors
-    /// What the backend meets, or [`Error::Cancelled`].
+    /// [`Error::Memory`] where it would not fit, what the backend meets, or [`Error::Cancelled`].
     pub fn render(
         &mut self,
         view: &View,
@@ -160,6 +188,7 @@ impl Renderer {
         settings: &Settings,
         job: &Job,
     ) -> Result<Products> {
+        self.require_memory(view, plan, settings, &[])?;
         match &mut self.session {
             AnySession::Cpu(s) => s.render(view, plan, settings, job),
             AnySession::Gpu(s) => s.render(view, plan, settings, job),

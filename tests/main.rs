@@ -20,6 +20,7 @@ mod forms;
 mod generate;
 mod hostile;
 mod ideal;
+mod limits;
 mod mesh;
 mod npz;
 mod oracle;
@@ -48,6 +49,7 @@ fn main() {
         evenness::tests(),
         generate::tests(),
         hostile::tests(),
+        limits::tests(),
         mesh::tests(),
         oracle::tests(),
         output::tests(),

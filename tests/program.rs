@@ -35,6 +35,8 @@ pub(crate) fn program(folder: &Path, arguments: &str) -> Command {
     command
         .current_dir(folder)
         .args(arguments.split_whitespace())
+        // Without it graphics drivers complain on stderr.
+        .env("XDG_RUNTIME_DIR", folder)
         .stdin(Stdio::null());
     command
 }

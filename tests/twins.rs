@@ -2,6 +2,7 @@
 //!
 //! Without any graphics adapter these tests are shown as ignored; with CATOPTRIC_GPU=require they fail then.
 
+mod cancel;
 mod kernels;
 mod pictures;
 mod support;
@@ -18,6 +19,14 @@ pub(crate) fn tests() -> Vec<Trial> {
         Trial::test(format!("twins::{name}"), run).with_ignored_flag(missing)
     };
     vec![
+        crate::support::claim(
+            "twins::cancelled_stages_end_on_the_cpu",
+            cancel::stages_end_on_the_cpu,
+        ),
+        test(
+            "cancelled_stages_end_on_the_gpu",
+            cancel::stages_end_on_the_gpu,
+        ),
         test(
             "sums_are_equal_to_the_last_bit",
             kernels::sums_are_equal_to_the_last_bit,

@@ -6,7 +6,7 @@ use std::time::Instant;
 use catoptric::Job;
 use catoptric::measure::{GBufferReport, Report, peak_memory_bytes};
 use catoptric::output::{
-    CameraDescription, camera_gbuffer, mirror_gbuffer, write_json, write_picture,
+    CameraDescription, OutputKind, Outputs, PictureFormat, camera_gbuffer, mirror_gbuffer,
 };
 use catoptric::plan::Plan;
 use catoptric::reflect::MirrorGBuffer;
@@ -59,7 +59,7 @@ pub(super) fn render(args: &RenderArgs) -> anyhow::Result<()> {
     check(&outputs, &scene.inputs())?;
 
     let (job, progress) = terminal::job()?;
-    let rendered = frame(scene, &choice, &job)?;
+    let rendered = frame(scene, &choice, &kinds(args, picture)?, &job)?;
     drop(progress);
     terminal::say_repairs(&rendered.loaded.facts.repairs);
     if choice == BackendChoice::Auto && rendered.renderer.backend() == "cpu" {
@@ -103,14 +103,32 @@ fn unnamed_picture(args: &RenderArgs) -> Option<PathBuf> {
     Some(Path::new(args.scene.path.file_stem()?).with_added_extension("png"))
 }
 
-fn frame(scene: Scene, choice: &BackendChoice, job: &Job) -> catoptric::Result<Rendered> {
+/// The outputs that take memory to encode.
+fn kinds(args: &RenderArgs, picture: Option<&Path>) -> catoptric::Result<Vec<OutputKind>> {
+    let picture = picture.map(PictureFormat::of).transpose()?;
+    let kinds = [
+        picture.map(OutputKind::Picture),
+        args.gbuffer.as_ref().map(|_| OutputKind::CameraGBuffer),
+        (args.mirror_gbuffer.as_ref()).map(|_| OutputKind::MirrorGBuffer),
+    ];
+    Ok(kinds.into_iter().flatten().collect())
+}
+
+fn frame(
+    scene: Scene,
+    choice: &BackendChoice,
+    outputs: &[OutputKind],
+    job: &Job,
+) -> catoptric::Result<Rendered> {
     // A missing adapter is noticed before the clouds are read.
     let machine = Machine::open(choice)?;
     let start = Instant::now();
     let loaded = scene.load(job)?;
     let plan = loaded.plan(&scene.settings);
     let mut renderer = machine.upload(&loaded.surfels)?;
-    let products = renderer.render(&loaded.view()?, &plan, &scene.settings, job)?;
+    let view = loaded.view()?;
+    renderer.require_memory(&view, &plan, &scene.settings, outputs)?;
+    let products = renderer.render(&view, &plan, &scene.settings, job)?;
     let wall_ms = start.elapsed().as_secs_f64() * 1e3;
     Ok(Rendered {
         scene,
@@ -135,27 +153,27 @@ fn write(
         ..
     } = rendered;
     let origin = loaded.surfels.origin;
-    job.check()?;
+    let mut outputs = Outputs::default();
     if let Some(path) = picture {
-        write_picture(path, &products.radiance, &scene.settings.image)?;
+        outputs.stage_picture(path, &products.radiance, &scene.settings.image, job)?;
     }
     if let Some(path) = &args.gbuffer {
         job.check()?;
-        camera_gbuffer(&products.gbuffer, origin).write(path)?;
+        outputs.stage_exr(path, camera_gbuffer(&products.gbuffer, origin), job)?;
     }
     if let Some(path) = &args.mirror_gbuffer {
         job.check()?;
         let nothing = MirrorGBuffer::empty(loaded.camera.size);
         let mirror = products.mirror.as_ref().unwrap_or(&nothing);
-        mirror_gbuffer(mirror, origin).write(path)?;
+        outputs.stage_exr(path, mirror_gbuffer(mirror, origin), job)?;
     }
     if let Some(path) = &args.camera_json {
-        write_json(path, &CameraDescription::new(&loaded.camera, origin)?)?;
+        outputs.stage_json(path, &CameraDescription::new(&loaded.camera, origin)?)?;
     }
     if let Some(path) = &args.report {
-        write_json(path, &report(rendered))?;
+        outputs.stage_json(path, &report(rendered))?;
     }
-    Ok(())
+    outputs.commit(job)
 }
 
 fn report(rendered: &Rendered) -> Report {

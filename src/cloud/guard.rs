@@ -67,9 +67,25 @@ fn available_memory() -> Option<u64> {
         .find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let free = line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? << 10;
 
-    // A container may have less than its machine.
+    // A container may have less than its machine, and a process less than either (`ulimit -v`).
     let limit = number("/sys/fs/cgroup/memory.max").zip(number("/sys/fs/cgroup/memory.current"));
-    Some(limit.map_or(free, |(max, used)| free.min(max.saturating_sub(used))))
+    let free = limit.map_or(free, |(max, used)| free.min(max.saturating_sub(used)));
+    Some(address_space().map_or(free, |left| free.min(left)))
+}
+
+/// Bytes of address space that the process may still take, where that is limited.
+fn address_space() -> Option<u64> {
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let limit = (limits
+        .lines()
+        .find_map(|l| l.strip_prefix("Max address space")))?
+    .split_whitespace()
+    .next()?;
+    let limit = limit.parse::<u64>().ok()?;
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let used = status.lines().find_map(|l| l.strip_prefix("VmSize:"))?;
+    let used = used.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? << 10;
+    Some(limit.saturating_sub(used))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Pictures and buffers as OpenEXR: one part, float32, scan lines from the top, ZIP.
 
 use std::collections::BTreeMap;
-use std::io::{self, Cursor};
+use std::io::{self, Cursor, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use exr::image::read::image::ReadLayers;
@@ -17,6 +17,7 @@ use super::atomic::write_atomically;
 use crate::error::Result;
 use crate::grid::Grid;
 use crate::image::Background;
+use crate::job::Job;
 
 /// Primaries and white point of linear RGB here: those of sRGB [IEC 61966-2-1].
 const PRIMARIES: Chromaticities = Chromaticities {
@@ -101,8 +102,9 @@ impl ExrImage {
     /// The file's bytes, the same for the same image.
     ///
     /// # Errors
-    /// Where there is no channel, a channel is not as long as width times height, or a name is not plain text.
-    pub fn encode(self) -> io::Result<Vec<u8>> {
+    /// Where there is no channel, a channel is not as long as width times height, or a name is not plain text; and
+    /// [`crate::Error::Cancelled`], passed through.
+    pub fn encode(self, job: &Job) -> io::Result<Vec<u8>> {
         let pixels = self.size.x as usize * self.size.y as usize;
         let mut channels = Vec::with_capacity(self.channels.len());
         for (name, values) in self.channels {
@@ -139,8 +141,14 @@ impl ExrImage {
         let mut bytes = Vec::new();
         image
             .write()
-            .to_buffered(Cursor::new(&mut bytes))
-            .map_err(io::Error::other)?;
+            .to_buffered(Watched {
+                inner: Cursor::new(&mut bytes),
+                job,
+            })
+            .map_err(|e| match e {
+                exr::error::Error::Io(passed_through) => passed_through,
+                other => io::Error::other(other),
+            })?;
         sort_attributes(&mut bytes);
         Ok(bytes)
     }
@@ -183,7 +191,30 @@ impl ExrImage {
     /// # Errors
     /// [`crate::Error::Write`] where it cannot be written or encoded; what was there before is then still there.
     pub fn write(self, path: &Path) -> Result<()> {
-        write_atomically(path, |file| file.write_all(&self.encode()?))
+        write_atomically(path, |file| file.write_all(&self.encode(&Job::default())?))
+    }
+}
+
+/// What the encoder writes to, block by block: no further block once the job is cancelled.
+struct Watched<'a, W> {
+    inner: W,
+    job: &'a Job,
+}
+
+impl<W: Write> Write for Watched<'_, W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.job.check().map_err(io::Error::other)?;
+        self.inner.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+impl<W: Seek> Seek for Watched<'_, W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.inner.seek(to)
     }
 }
 
@@ -263,25 +294,30 @@ mod tests {
             UVec2::new(1, 50),
         ] {
             let written = image(size);
-            let read =
-                ExrImage::decode(&written.clone().encode().expect("bytes")).expect("an image");
+            let read = ExrImage::decode(&written.clone().encode(&Job::default()).expect("bytes"))
+                .expect("an image");
             assert_eq!(read, written);
         }
     }
 
     #[test]
     fn equal_images_give_equal_bytes() {
-        let bytes = image(UVec2::new(100, 80)).encode().expect("bytes");
+        let bytes = image(UVec2::new(100, 80))
+            .encode(&Job::default())
+            .expect("bytes");
         for _ in 0..8 {
             assert!(
-                image(UVec2::new(100, 80)).encode().expect("bytes") == bytes,
+                image(UVec2::new(100, 80))
+                    .encode(&Job::default())
+                    .expect("bytes")
+                    == bytes,
                 "the bytes differ from run to run"
             );
         }
         let mut other = image(UVec2::new(100, 80));
         other.numbers.insert("originX".to_owned(), 0.0);
         assert!(
-            other.encode().expect("bytes") != bytes,
+            other.encode(&Job::default()).expect("bytes") != bytes,
             "another image must give other bytes"
         );
     }
@@ -318,7 +354,7 @@ mod tests {
             ExrImage::new(UVec2::ZERO),
         ] {
             assert!(
-                broken.clone().encode().is_err(),
+                broken.clone().encode(&Job::default()).is_err(),
                 "{broken:?} must be refused"
             );
         }

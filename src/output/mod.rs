@@ -7,6 +7,7 @@ use glam::Vec4;
 use crate::error::{Error, Result};
 use crate::grid::Grid;
 use crate::image::{ImageSettings, picture};
+use crate::job::Job;
 
 mod atomic;
 mod camera_json;
@@ -15,7 +16,7 @@ mod gbuffer;
 mod mirror_gbuffer;
 mod png;
 
-pub use atomic::{check_writable, write_atomically};
+pub use atomic::{Outputs, check_writable, write_atomically};
 pub use camera_json::CameraDescription;
 pub use exr::ExrImage;
 pub use gbuffer::camera_gbuffer;
@@ -50,30 +51,87 @@ impl PictureFormat {
     }
 }
 
-/// Writes radiance (W/sr/m2, alpha 1 where something is seen, else 0) as the picture that the name of `path` asks for.
-///
-/// # Errors
-/// [`Error::Setting`] for another ending than .png or .exr, [`Error::Write`] where the file cannot be written; what
-/// was there before is then still there.
-pub fn write_picture(path: &Path, radiance: &Grid<Vec4>, settings: &ImageSettings) -> Result<()> {
-    match PictureFormat::of(path)? {
-        PictureFormat::Png => {
-            let shown = picture(radiance, settings);
-            write_atomically(path, |file| encode_png(file, &shown, settings.background))
+/// The files that take memory to encode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OutputKind {
+    /// What the camera sees.
+    Picture(PictureFormat),
+    /// [`camera_gbuffer`].
+    CameraGBuffer,
+    /// [`mirror_gbuffer`].
+    MirrorGBuffer,
+}
+
+impl OutputKind {
+    /// Bytes that encoding takes at most, per pixel: a PNG's is tone mapped, then compressed row by row; an EXR holds all
+    /// channels, and the encoded file, which may be as long.
+    pub(crate) fn bytes_per_pixel(self) -> u64 {
+        let exr = |channels: u64| channels * 2 * size_of::<f32>() as u64;
+        match self {
+            Self::Picture(PictureFormat::Png) => 2 * size_of::<[u8; 4]>() as u64,
+            Self::Picture(PictureFormat::Exr) => exr(4),
+            Self::CameraGBuffer => exr(14),
+            Self::MirrorGBuffer => exr(17),
         }
-        PictureFormat::Exr => ExrImage::picture(radiance, settings.background).write(path),
     }
 }
 
-/// Writes `value` as JSON, indented, with a line break at the end.
+impl Outputs {
+    /// Encodes radiance (W/sr/m2, alpha 1 where something is seen, else 0) as the picture that the name of `path` asks
+    /// for.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for another ending than .png or .exr, [`Error::Write`] where the file cannot be written,
+    /// [`Error::Cancelled`].
+    pub fn stage_picture(
+        &mut self,
+        path: &Path,
+        radiance: &Grid<Vec4>,
+        settings: &ImageSettings,
+        job: &Job,
+    ) -> Result<()> {
+        job.check()?;
+        match PictureFormat::of(path)? {
+            PictureFormat::Png => {
+                let shown = picture(radiance, settings);
+                self.stage(path, |file| {
+                    encode_png(file, &shown, settings.background, job)
+                })
+            }
+            PictureFormat::Exr => {
+                self.stage_exr(path, ExrImage::picture(radiance, settings.background), job)
+            }
+        }
+    }
+
+    /// Encodes an image as EXR.
+    ///
+    /// # Errors
+    /// [`Error::Write`] where it cannot be encoded or written, [`Error::Cancelled`].
+    pub fn stage_exr(&mut self, path: &Path, image: ExrImage, job: &Job) -> Result<()> {
+        self.stage(path, |file| file.write_all(&image.encode(job)?))
+    }
+
+    /// Encodes `value` as JSON, indented, with a line break at the end.
+    ///
+    /// # Errors
+    /// [`Error::Write`] where the file cannot be written.
+    pub fn stage_json(&mut self, path: &Path, value: &impl serde::Serialize) -> Result<()> {
+        self.stage(path, |file| {
+            serde_json::to_writer_pretty(&mut *file, value)?;
+            writeln!(file)
+        })
+    }
+}
+
+/// Writes radiance as a picture; as [`Outputs::stage_picture`] says.
 ///
 /// # Errors
-/// [`Error::Write`] where the file cannot be written; what was there before is then still there.
-pub fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<()> {
-    write_atomically(path, |file| {
-        serde_json::to_writer_pretty(&mut *file, value)?;
-        writeln!(file)
-    })
+/// As there; what was there before is then still there.
+pub fn write_picture(path: &Path, radiance: &Grid<Vec4>, settings: &ImageSettings) -> Result<()> {
+    let (mut outputs, job) = (Outputs::default(), Job::default());
+    outputs.stage_picture(path, radiance, settings, &job)?;
+    outputs.commit(&job)
 }
 
 #[cfg(test)]
@@ -81,6 +139,10 @@ mod tests {
     use glam::UVec2;
 
     use super::*;
+    use crate::camera::Camera;
+    use crate::gbuffer::GBuffer;
+    use crate::image::Background;
+    use crate::reflect::MirrorGBuffer;
 
     #[test]
     fn the_ending_chooses_the_format() {
@@ -97,6 +159,43 @@ mod tests {
             PictureFormat::of(Path::new("/dev/null")).expect("a format"),
             PictureFormat::Png
         );
+    }
+
+    #[test]
+    fn memory_is_reckoned_with_for_every_channel() {
+        let size = UVec2::ONE;
+        let camera = Camera {
+            position: glam::DVec3::ZERO,
+            target: glam::DVec3::X,
+            up: glam::DVec3::Z,
+            fov_y_degrees: 60.0,
+            near: 0.1,
+            far: 10.0,
+            size,
+        };
+        let origin = glam::DVec3::ZERO;
+        let pinhole = camera.pinhole(origin).expect("a sound camera");
+        let radiance = Grid::new(size, Vec4::ONE);
+        for (kind, image) in [
+            (
+                OutputKind::Picture(PictureFormat::Exr),
+                ExrImage::picture(&radiance, Background::Transparent),
+            ),
+            (
+                OutputKind::CameraGBuffer,
+                camera_gbuffer(&GBuffer::empty(pinhole), origin),
+            ),
+            (
+                OutputKind::MirrorGBuffer,
+                mirror_gbuffer(&MirrorGBuffer::empty(size), origin),
+            ),
+        ] {
+            assert_eq!(
+                kind.bytes_per_pixel(),
+                image.channels.len() as u64 * 8,
+                "{kind:?}"
+            );
+        }
     }
 
     #[test]

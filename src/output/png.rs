@@ -4,35 +4,44 @@ use std::io::{self, Write};
 
 use crate::grid::Grid;
 use crate::image::Background;
+use crate::job::Job;
+
+/// Bytes that are compressed at a time.
+const CHUNK: usize = 1 << 16;
 
 /// Writes a picture (sRGB and straight alpha) as PNG: RGB, or RGBA where the background is transparent.
 ///
 /// # Errors
-/// What the writer says, or that the picture is too large for a PNG.
+/// What the writer says, that the picture is too large for a PNG, or [`crate::Error::Cancelled`], passed through.
 pub fn encode_png(
     file: &mut dyn Write,
     picture: &Grid<[u8; 4]>,
     background: Background,
+    job: &Job,
 ) -> io::Result<()> {
     let mut encoder = png::Encoder::new(file, picture.size().x, picture.size().y);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    let bytes: Vec<u8> = match background {
+    let channels = match background {
         Background::Transparent => {
             encoder.set_color(png::ColorType::Rgba);
-            picture.values().as_flattened().to_vec()
+            4
         }
         Background::Colour(_) => {
             encoder.set_color(png::ColorType::Rgb);
-            picture
-                .values()
-                .iter()
-                .flat_map(|&[r, g, b, _]| [r, g, b])
-                .collect()
+            3
         }
     };
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&bytes)?;
+    let mut stream = writer.stream_writer_with_size(CHUNK)?;
+    let mut bytes = Vec::with_capacity(CHUNK);
+    for pixels in picture.values().chunks(CHUNK / 4) {
+        job.check().map_err(io::Error::other)?;
+        bytes.clear();
+        bytes.extend(pixels.iter().flat_map(|pixel| &pixel[..channels]));
+        stream.write_all(&bytes)?;
+    }
+    stream.finish()?;
     writer.finish()?;
     Ok(())
 }
@@ -45,7 +54,7 @@ mod tests {
 
     fn back(picture: &Grid<[u8; 4]>, background: Background) -> (png::OutputInfo, Vec<u8>, bool) {
         let mut bytes = Vec::new();
-        encode_png(&mut bytes, picture, background).expect("a PNG");
+        encode_png(&mut bytes, picture, background, &Job::default()).expect("a PNG");
         let mut reader = png::Decoder::new(io::Cursor::new(bytes))
             .read_info()
             .expect("a header");

@@ -1,0 +1,143 @@
+//! Memory of pictures, estimated before it is asked for: what does not fit is a sentence and no crash.
+
+use glam::{UVec2, Vec4};
+
+use crate::cloud::require_memory;
+use crate::error::Result;
+use crate::gbuffer::average::Pixel;
+use crate::gbuffer::visibility::Sums;
+use crate::output::OutputKind;
+use crate::plan::{Plan, Stage};
+use crate::settings::Settings;
+
+/// A value of a grid of vectors.
+const VECTOR: u64 = size_of::<Vec4>() as u64;
+
+/// A pixel of the camera's G-buffer and its radiance.
+const FRAME: u64 = 4 * VECTOR;
+
+/// A pixel of the mirrors' G-buffer.
+const MIRROR: u64 = 5 * VECTOR + 12;
+
+/// A pixel while mirrors are searched: their surface, its regions, and the larger of the rays' picture and the pyramid that
+/// closes holes (a third more than its finest level).
+const REFLECTING: u64 = 2 * VECTOR + 16 + (size_of::<Pixel>() as u64 + VECTOR) * 4 / 3;
+
+/// A pixel while a device splats: its key, count and sums.
+const SPLATTING: u64 = 8 + size_of::<Sums>() as u64;
+
+/// Working memory that does not grow with the picture.
+const SPARE: u64 = 64 << 20;
+
+/// Where a backend keeps its grids.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum GridsIn {
+    /// In main memory, where the products are then, too.
+    MainMemory,
+    /// In main memory that a software adapter asks for; the products are copies.
+    SoftwareDevice,
+    /// In a graphics card.
+    Device,
+}
+
+/// What decides over the memory of a rendering.
+pub(crate) struct Rendering<'a> {
+    pub(crate) size: UVec2,
+    pub(crate) lights: usize,
+    pub(crate) plan: &'a Plan,
+    pub(crate) settings: &'a Settings,
+    pub(crate) outputs: &'a [OutputKind],
+}
+
+impl Rendering<'_> {
+    /// Bytes of main memory, at the worst moment: what the frame leaves, and the larger of what mirrors take on the way
+    /// and what encoding the largest output takes.
+    fn bytes(&self, grids: GridsIn) -> u64 {
+        let pixels = u64::from(self.size.x) * u64::from(self.size.y);
+        let maps = if self.plan.runs(Stage::LightDepth, true) {
+            self.lights as u64 * u64::from(self.settings.gi.light_map_size).pow(2) * 4
+        } else {
+            0
+        };
+        let frame = pixels * FRAME + maps;
+        let frame = match grids {
+            GridsIn::MainMemory => frame,
+            GridsIn::SoftwareDevice => 2 * frame + pixels * (SPLATTING + VECTOR),
+            GridsIn::Device => frame + pixels * VECTOR,
+        };
+        let reflects = self.plan.runs(Stage::Reflect, true);
+        let held = if reflects || self.outputs.contains(&OutputKind::MirrorGBuffer) {
+            pixels * MIRROR
+        } else {
+            0
+        };
+        let reflecting = if reflects { pixels * REFLECTING } else { 0 };
+        let encoding = (self.outputs.iter())
+            .map(|output| pixels * output.bytes_per_pixel())
+            .max()
+            .unwrap_or(0);
+        SPARE + frame + held + reflecting.max(encoding)
+    }
+
+    /// [`crate::Error::Memory`] where the picture would not fit.
+    pub(crate) fn require_memory(&self, grids: GridsIn) -> Result<()> {
+        let UVec2 { x, y } = self.size;
+        require_memory(&format!("a picture of {x} x {y} pixels"), self.bytes(grids))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::PictureFormat;
+    use crate::plan::SceneFacts;
+
+    fn bytes(size: UVec2, mirror_points: u64, outputs: &[OutputKind], grids: GridsIn) -> u64 {
+        let settings = Settings::default();
+        let facts = SceneFacts {
+            points: 100,
+            mirror_points,
+            lights: 1,
+        };
+        let rendering = Rendering {
+            size,
+            lights: 1,
+            plan: &Plan::new(&facts, &settings),
+            settings: &settings,
+            outputs,
+        };
+        rendering.bytes(grids)
+    }
+
+    #[test]
+    fn memory_grows_with_mirrors_outputs_and_copies() {
+        let size = UVec2::new(1000, 1000);
+        let picture = [OutputKind::Picture(PictureFormat::Png)];
+        let least = bytes(size, 0, &picture, GridsIn::MainMemory);
+        assert!(least > 68_000_000, "a picture of 1 million pixels: {least}");
+        for (mirror_points, outputs, grids) in [
+            (1, &picture[..], GridsIn::MainMemory),
+            (0, &[OutputKind::CameraGBuffer], GridsIn::MainMemory),
+            (0, &[OutputKind::MirrorGBuffer], GridsIn::MainMemory),
+            (0, &picture, GridsIn::SoftwareDevice),
+            (0, &picture, GridsIn::Device),
+        ] {
+            let more = bytes(size, mirror_points, outputs, grids);
+            assert!(
+                more > least,
+                "{more} with {mirror_points} mirror points, {outputs:?} and grids in {grids:?}, {least} without"
+            );
+        }
+    }
+
+    #[test]
+    fn a_picture_of_usual_size_fits_into_a_gigabyte() {
+        let all = [
+            OutputKind::Picture(PictureFormat::Exr),
+            OutputKind::CameraGBuffer,
+            OutputKind::MirrorGBuffer,
+        ];
+        let needed = bytes(UVec2::new(1920, 1080), 1, &all, GridsIn::MainMemory);
+        assert!(needed < 1 << 30, "{needed} bytes");
+    }
+}

@@ -1,0 +1,46 @@
+//! Stages of a cancelled job, on both backends.
+
+use catoptric::backend::Backend;
+use catoptric::backend::cpu::Cpu;
+use catoptric::{Error, Job};
+
+use super::support::{SIZE, cloud, gpu, pinhole};
+
+pub(super) fn stages_end_on_the_cpu() {
+    stages_are_cancelled(&mut Cpu::default());
+}
+
+pub(super) fn stages_end_on_the_gpu() {
+    stages_are_cancelled(&mut *gpu());
+}
+
+fn stages_are_cancelled<B: Backend>(backend: &mut B) {
+    let (job, settings) = (Job::default(), Default::default());
+    let points = backend.upload(&cloud(3000, true)).expect("points");
+    let mut seen = backend
+        .splat(&points, &pinhole(SIZE), &settings, &job)
+        .expect("a G-buffer");
+    job.cancel();
+    let again = backend.splat(&points, &pinhole(SIZE), &settings, &job);
+    let map = backend.light_map(&points, &pinhole(SIZE), &settings, &job);
+    for (stage, outcome) in [
+        ("splat", again.err()),
+        ("light_map", map.err()),
+        ("fill", backend.fill(&mut seen, &settings, &job).err()),
+        ("coverage", backend.coverage(&seen, &job).err()),
+        ("smooth", backend.smooth(&mut seen, &settings, &job).err()),
+        (
+            "shade",
+            backend.shade(&seen, &[], &Default::default(), &job).err(),
+        ),
+        ("edl", backend.edl(&seen, &Default::default(), &job).err()),
+    ] {
+        assert!(
+            matches!(outcome, Some(Error::Cancelled)),
+            "{stage}: {outcome:?}"
+        );
+    }
+    backend
+        .splat(&points, &pinhole(SIZE), &settings, &Job::default())
+        .expect("the next job is not cancelled");
+}
