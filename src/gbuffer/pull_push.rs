@@ -12,6 +12,8 @@ use crate::reflect::MirrorGBuffer;
 #[derive(Debug, Clone, Copy, Default)]
 struct Cell {
     pixel: Pixel,
+    /// Relative to the scene's origin.
+    position: Vec3,
     weight: f32,
 }
 
@@ -28,18 +30,20 @@ fn pull(below: [Cell; 4]) -> Cell {
     if total <= 0.0 {
         return Cell::default();
     }
-    let mut sum = Pixel::default();
+    let (mut sum, mut position) = (Pixel::default(), Vec3::ZERO);
     for cell in of(mirror) {
         let share = cell.weight / total;
         sum.surface += cell.pixel.surface * share;
         sum.albedo += cell.pixel.albedo * share;
         sum.material += cell.pixel.material * share;
+        position += cell.position * share;
     }
     let normal = sum.surface.truncate().normalize_or(Vec3::Z);
     sum.surface = normal.extend(sum.surface.w);
     // Coarser levels count pixels, not weight: a lone pixel fills as well as four.
     Cell {
         pixel: sum,
+        position,
         weight: total.min(1.0),
     }
 }
@@ -52,9 +56,16 @@ pub fn pull_push(mirror: &mut MirrorGBuffer<Cpu>, levels: u32) {
     // Pull.
     let finest = (0..mirror.material.values().len())
         .map(|i| {
-            mirror
-                .at(i)
-                .map_or(Cell::default(), |pixel| Cell { pixel, weight: 1.0 })
+            let Some(pixel) = mirror.at(i) else {
+                return Cell::default();
+            };
+            let [origin, direction] =
+                [&mirror.origin, &mirror.direction].map(|g| g.values()[i].truncate());
+            Cell {
+                pixel,
+                position: origin + direction * pixel.surface.w,
+                weight: 1.0,
+            }
         })
         .collect();
     let Some(finest) = Grid::from_vec(mirror.size(), finest) else {
@@ -81,7 +92,7 @@ pub fn pull_push(mirror: &mut MirrorGBuffer<Cpu>, levels: u32) {
     // Push.
     let width = mirror.origin.width();
     for i in 0..mirror.material.values().len() {
-        if mirror.region.values()[i] == 0 || mirror.material.values()[i].w > 0.0 {
+        if mirror.origin.values()[i].w == 0.0 || mirror.material.values()[i].w > 0.0 {
             continue;
         }
         let (x, y) = (i % width, i / width);
@@ -91,18 +102,32 @@ pub fn pull_push(mirror: &mut MirrorGBuffer<Cpu>, levels: u32) {
             .skip(1)
             .find_map(|(level, cells)| {
                 let cell = cells.get(x >> level, y >> level)?;
-                (cell.weight > 0.0).then_some((level, cell.pixel))
+                (cell.weight > 0.0).then_some((level, *cell))
             });
-        if let Some((level, pixel)) = found {
-            mirror.put(
-                i,
-                Pixel {
-                    material: pixel.material.truncate().extend(1.0),
-                    ..pixel
-                },
-            );
+        if let Some((level, cell)) = found {
+            let normal = cell.pixel.surface.truncate();
+            let distance = distance_to(mirror, i, cell.position, normal);
+            let filled = Pixel {
+                surface: normal.extend(distance),
+                material: cell.pixel.material.truncate().extend(1.0),
+                ..cell.pixel
+            };
+            mirror.put(i, filled);
             mirror.level.values_mut()[i] = level as f32;
         }
+    }
+}
+
+/// Where the ray of the value `index` meets the plane of that position and normal; the distance of the position itself
+/// where it meets it too flatly.
+fn distance_to(mirror: &MirrorGBuffer<Cpu>, index: usize, position: Vec3, normal: Vec3) -> f32 {
+    let to_position = position - mirror.origin.values()[index].truncate();
+    let met = normal.dot(to_position) / normal.dot(mirror.direction.values()[index].truncate());
+    let own = to_position.length();
+    if met > 0.5 * own && met < 2.0 * own {
+        met
+    } else {
+        own
     }
 }
 
@@ -121,7 +146,6 @@ mod tests {
             eye: Eye::Point(Vec3::splat(2.0)),
         };
         let mut mirror = MirrorGBuffer::of(&surface);
-        mirror.region.values_mut().fill(1);
         for &i in shown {
             let pixel = Pixel {
                 surface: Vec4::new(0.0, 0.0, 1.0, 2.0),
@@ -160,7 +184,7 @@ mod tests {
     #[test]
     fn nothing_is_filled_where_there_is_no_mirror() {
         let mut filled = mirror(UVec2::new(4, 4), &[0]);
-        filled.region.values_mut()[1] = 0;
+        filled.origin.values_mut()[1].w = 0.0;
         pull_push(&mut filled, 2);
         assert!(
             filled.at(1).is_none(),

@@ -114,7 +114,7 @@ impl Scene {
     /// or a target in their middle, `up` along `up_axis`, the planes around them.
     ///
     /// # Errors
-    /// [`Error::Scene`] or [`Error::Override`] where what is said does not make a camera: a target at the position,
+    /// [`crate::Error::Scene`] or [`crate::Error::Override`] where what is said does not make a camera: a target at the position,
     /// up along the view, planes in the wrong order.
     pub fn camera(&self, bounds: Bounds, up_axis: UpAxis) -> Result<Camera> {
         let camera = self.camera.complete(bounds, up_axis);
