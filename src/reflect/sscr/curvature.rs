@@ -1,5 +1,5 @@
 //! Pass `curvature`: how a mirror bends from the left and from the upper pixel to this one, and whether it breaks off in
-//! between: one byte a pixel [Preiner 2010, sections 3.5.1 and 4.3, figure 4.3]. CPU twin of `shaders/curvature.wgsl`.
+//! between: one byte a pixel [Preiner 2010, sections 3.5.1 and 4.3, figure 4.3].
 //!
 //! The bend along x is the change of the normal's x component from the left pixel, that along y the change of its y
 //! component (down the screen) from the upper one. The depth step is not the thesis's difference of depths, which tears

@@ -1,5 +1,5 @@
 //! One region for each point: by the region's weight, so that large regions get the points that they need, or by turns
-//! [Preiner 2010, sections 3.6 and 4.5.1]. Twin: `distribute` in `shaders/shared/distribute.wgsl`.
+//! [Preiner 2010, sections 3.6 and 4.5.1].
 
 use super::{Distribution, Region};
 
