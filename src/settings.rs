@@ -94,7 +94,7 @@ pub fn check_range<T: SettingValue>(key: &str, value: &T, range: Option<(f64, f6
 
 /// Declares a group of settings.
 ///
-/// ```ignore
+/// ```text
 /// settings_group! {
 ///     /// How points become a G-buffer.
 ///     pub struct SplatSettings in "splat" {
