@@ -34,6 +34,7 @@ mod root_find;
 mod roots;
 mod scene;
 mod shaders;
+mod splats;
 mod support;
 mod truth;
 mod twins;
@@ -61,6 +62,7 @@ fn main() {
         roots::tests(),
         scene::tests(),
         shaders::tests(),
+        splats::tests(),
         truth::tests(),
         twins::tests(),
     ]

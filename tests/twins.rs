@@ -35,6 +35,10 @@ pub(crate) fn tests() -> Vec<Trial> {
             "one_flipped_bit_of_a_sum_is_noticed",
             kernels::one_flipped_bit_of_a_sum_is_noticed,
         ),
+        test(
+            "a_pixel_that_shows_something_else_is_noticed",
+            kernels::a_pixel_that_shows_something_else_is_noticed,
+        ),
         test("averages_agree", kernels::averages_agree),
         test(
             "light_maps_are_equal_to_the_last_bit",

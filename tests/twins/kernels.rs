@@ -3,8 +3,9 @@
 use catoptric::backend::cpu::Cpu;
 use catoptric::backend::gpu::Gpu;
 use catoptric::backend::{Backend, LightMap, LitBy};
-use catoptric::gbuffer::SplatSettings;
+use catoptric::gbuffer::average::average;
 use catoptric::gbuffer::splat::{Accumulated, Splatter};
+use catoptric::gbuffer::{SplatSettings, depth_from_key};
 use catoptric::gi::GiSettings;
 use catoptric::image::ImageSettings;
 use catoptric::job::Job;
@@ -40,18 +41,52 @@ fn wrong_pixels(got: &Accumulated, expected: &Accumulated) -> usize {
         .count()
 }
 
+/// Pixels that show something else: a graphics card may contract a product and a sum into one rounding, after which bits
+/// differ, and a fragment on the very edge of a disc may come or go, but hardly any pixel changes what it shows.
+fn apart_pixels(got: &Accumulated, expected: &Accumulated) -> usize {
+    let shown = |a: &Accumulated, i: usize| average(a.keys.values()[i], &a.sums.values()[i]);
+    let near = |i: usize| {
+        let (a, b) = (shown(got, i), shown(expected, i));
+        (a.surface - b.surface).abs().max_element() < 1e-3
+            && (a.albedo - b.albedo).abs().max_element() < 1e-3
+    };
+    (0..expected.keys.values().len())
+        .filter(|&i| !near(i))
+        .count()
+}
+
+pub(super) fn a_pixel_that_shows_something_else_is_noticed() {
+    let (_, expected) = accumulated(&mut gpu());
+    assert_eq!(
+        apart_pixels(&expected, &expected),
+        0,
+        "a picture is near itself"
+    );
+    let mut brighter = expected.clone();
+    let lit = (0..expected.counts.values().len()).find(|&i| expected.counts.values()[i] > 0);
+    let lit = lit.expect("a pixel that shows something");
+    brighter.sums.values_mut()[lit].albedo[1] += expected.sums.values()[lit].depth[0] / 100;
+    assert_eq!(
+        apart_pixels(&brighter, &expected),
+        1,
+        "one pixel is a hundredth brighter"
+    );
+}
+
 pub(super) fn sums_are_equal_to_the_last_bit() {
     let gpu = &mut gpu();
     let (got, expected) = accumulated(gpu);
     let seen = expected.counts.values().iter().filter(|&&n| n > 0).count();
     assert!(seen > 400, "the picture shows something: {seen} pixels");
-    let wrong = wrong_pixels(&got, &expected);
-    // A graphics card may contract a product and a sum into one rounding; a software adapter does not.
-    let allowed = if gpu.device().is_software() {
-        0
-    } else {
-        expected.keys.values().len() / 2
-    };
+    if !gpu.device().is_software() {
+        let apart = apart_pixels(&got, &expected);
+        assert!(
+            apart <= seen / 50,
+            "{apart} of {seen} pixels show something else"
+        );
+        return;
+    }
+    let (wrong, allowed) = (wrong_pixels(&got, &expected), 0);
     for i in 0..expected.keys.values().len() {
         if wrong > allowed && got.sums.values()[i] != expected.sums.values()[i] {
             panic!(
@@ -111,16 +146,20 @@ pub(super) fn light_maps_are_equal_to_the_last_bit() {
         .light_map(&there, &eye, &settings, &Job::default())
         .expect("a map");
     let got = gpu.read(&map.keys).expect("keys").into_owned();
+    // A graphics card may round depths otherwise, and lose or gain texels at the edges of discs.
+    let software = gpu.device().is_software();
+    let same = |a: u32, b: u32| {
+        let near = depth_from_key(a)
+            .zip(depth_from_key(b))
+            .is_some_and(|(a, b)| (a / b - 1.0).abs() < 1e-5);
+        a == b || (!software && near)
+    };
     let wrong = got
         .iter()
         .zip(expected.keys.values())
-        .filter(|(a, b)| a != b)
+        .filter(|(a, b)| !same(**a, **b))
         .count();
-    let allowed = if gpu.device().is_software() {
-        0
-    } else {
-        got.len() / 2
-    };
+    let allowed = if software { 0 } else { got.len() / 50 };
     let first = (got.iter().zip(expected.keys.values())).find(|(a, b)| a != b);
     assert!(
         wrong <= allowed,
