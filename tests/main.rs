@@ -18,6 +18,7 @@ mod clouds;
 mod evenness;
 mod forms;
 mod generate;
+mod guided;
 mod hostile;
 mod ideal;
 mod limits;
@@ -49,6 +50,7 @@ fn main() {
         clouds::tests(),
         evenness::tests(),
         generate::tests(),
+        guided::tests(),
         hostile::tests(),
         limits::tests(),
         mesh::tests(),

@@ -2,11 +2,18 @@
 //! homogeneous curvature, and for every point of the cloud the pixel that shows it is searched by root finding.
 
 pub mod accumulate;
+pub mod beam;
+pub mod beam_tree;
+pub mod chart_class;
+pub mod charts;
 pub mod curvature;
 pub mod distribute;
+pub mod field;
+pub mod guided;
 pub mod lhc;
 pub mod mirror_error;
 mod mirror_pixels;
+pub mod newton;
 mod random;
 pub mod root_find;
 mod settings;

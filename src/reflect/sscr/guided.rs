@@ -1,0 +1,221 @@
+//! Pass `guided`: for a point of the cloud, every mirror pixel that shows it. Charts that cannot show it are passed over,
+//! eight points at a time; in the others Gauss-Newton steps start where the chart reflects in the point's direction, or, on
+//! bowls and saddles, in every tile whose beam may show it.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::beam::{Beam, Points8};
+use super::beam_tree::{LEAF, Walk};
+use super::charts::{Chart, DirectionMap, Seeds};
+use super::field::MirrorField;
+use super::newton::{NewtonRoot, newton};
+use super::root_find::SearchCounts;
+use crate::cloud::Place;
+use crate::error::Result;
+use crate::job::Job;
+use crate::reflect::Hit;
+
+/// Places nearer to each other than this are one, pixels.
+pub const SAME_ROOT: f32 = 0.3;
+
+/// Points that are culled together.
+const GROUP: usize = 8;
+
+/// Groups a task.
+const CHUNK: usize = 256;
+
+/// How far from where it starts in a tile a search may go, pixels: half the tile, and one beyond.
+const STAY: f32 = 1.5 * LEAF as f32;
+
+/// The mirrors in which points are searched, and how.
+#[derive(Debug)]
+pub struct Guide<'a> {
+    /// The mirrors.
+    pub field: &'a MirrorField,
+    /// Their charts.
+    pub charts: &'a [Chart],
+    /// Points nearer to the mirror than this are its own; x spacing.
+    pub self_hit: f32,
+    /// Half width of a surfel's disc over its radius.
+    pub splat_size: f32,
+}
+
+/// A thread's working memory.
+#[derive(Default)]
+struct Work {
+    walk: Walk,
+    roots: [Vec<NewtonRoot>; GROUP],
+}
+
+impl Guide<'_> {
+    /// Every place where the mirrors show each of up to eight points; the steps that it took.
+    fn find_eight(&self, positions: &[Vec3], work: &mut Work) -> u64 {
+        let points = Points8::new(positions);
+        let all = (1 << positions.len()) - 1;
+        let mut taken = 0;
+        let Work { walk, roots } = work;
+        for roots in roots.iter_mut() {
+            roots.clear();
+        }
+        for chart in self.charts {
+            let mask = chart.beam.may_show(&points) & all;
+            if mask == 0 {
+                continue;
+            }
+            match &chart.seeds {
+                Seeds::Map(map) => {
+                    for lane in lanes(mask) {
+                        let (root, steps) =
+                            by_direction(self.field, &chart.beam, map, positions[lane]);
+                        taken += u64::from(steps);
+                        keep(root, self.self_hit, &mut roots[lane]);
+                    }
+                }
+                Seeds::Tree(tree) => tree.visit(&points, mask, walk, |start, mask| {
+                    for lane in lanes(mask) {
+                        let (root, steps) = newton(self.field, start, positions[lane], STAY);
+                        taken += u64::from(steps);
+                        keep(root, self.self_hit, &mut roots[lane]);
+                    }
+                }),
+            }
+        }
+        taken
+    }
+
+    /// Every place where the mirrors show a point.
+    pub fn find(&self, point: Vec3) -> Vec<NewtonRoot> {
+        let mut work = Work::default();
+        self.find_eight(&[point], &mut work);
+        std::mem::take(&mut work.roots[0])
+    }
+
+    /// Searches for the points `order` of a cloud, on all cores. The hits are in that order, the same for any number of
+    /// threads.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn search(
+        &self,
+        places: &[Place],
+        order: &[u32],
+        job: &Job,
+    ) -> Result<(Vec<Hit>, SearchCounts)> {
+        let chunks: Vec<(Vec<Hit>, SearchCounts)> = order
+            .par_chunks(GROUP * CHUNK)
+            .map_init(Work::default, |work, chunk| {
+                job.check()?;
+                let (mut hits, mut counts) = (Vec::new(), SearchCounts::default());
+                for group in chunk.chunks(GROUP) {
+                    let mut positions = [Vec3::NAN; GROUP];
+                    for (position, &index) in positions.iter_mut().zip(group) {
+                        *position = places.get(index as usize).map_or(Vec3::NAN, |p| p.position);
+                    }
+                    counts.steps += self.find_eight(&positions[..group.len()], work);
+                    counts.offered += group.len() as u64;
+                    for (&index, roots) in group.iter().zip(&work.roots) {
+                        counts.hit += u64::from(!roots.is_empty());
+                        counts.hits += roots.len() as u64;
+                        let radius = places.get(index as usize).map_or(0.0, |p| p.radius);
+                        hits.extend(roots.iter().map(|root| Hit {
+                            point: index,
+                            pixel: self.field.pixel_of_place(root.at),
+                            distance: root.distance,
+                            reach: root.magnification * (radius * self.splat_size),
+                        }));
+                    }
+                }
+                Ok((hits, counts))
+            })
+            .collect::<Result<_>>()?;
+        let mut all = Vec::with_capacity(chunks.iter().map(|(hits, _)| hits.len()).sum());
+        let mut counts = SearchCounts::default();
+        for (hits, part) in chunks {
+            all.extend(hits);
+            counts += part;
+        }
+        Ok((all, counts))
+    }
+}
+
+/// Points on which shortcuts are tried.
+pub const TRIED: usize = 2048;
+
+/// Places of the tried points that must be known before a shortcut is judged.
+const LEAST_TRIED: u32 = 24;
+
+/// Share of a tree's places that a map must find.
+const FOUND_BY_MAP: f32 = 0.985;
+
+/// Lets charts go without their trees where the direction maps alone find what the trees do, as the points `sample` tell.
+pub fn shorten(charts: &mut [Chart], field: &MirrorField, places: &[Place], sample: &[u32]) {
+    let positions: Vec<Vec3> = (sample.iter().take(TRIED))
+        .filter_map(|&index| places.get(index as usize).map(|p| p.position))
+        .collect();
+    charts.par_iter_mut().for_each(|chart| {
+        let (Some(map), Seeds::Tree(tree)) = (&chart.shortcut, &chart.seeds) else {
+            return;
+        };
+        let (mut by_tree, mut by_map) = (0u32, 0u32);
+        let mut walk = Walk::default();
+        for group in positions.chunks(GROUP) {
+            let points = Points8::new(group);
+            let mut roots: [Vec<NewtonRoot>; GROUP] = Default::default();
+            tree.visit(&points, (1 << group.len()) - 1, &mut walk, |start, mask| {
+                for lane in lanes(mask) {
+                    let (root, _) = newton(field, start, group[lane], STAY);
+                    keep(root, 0.0, &mut roots[lane]);
+                }
+            });
+            for (lane, roots) in roots.iter().enumerate().filter(|(_, r)| !r.is_empty()) {
+                by_tree += roots.len() as u32;
+                let (root, _) = by_direction(field, &chart.beam, map, group[lane]);
+                let same = |r: &NewtonRoot| {
+                    root.is_some_and(|root| root.at.distance_squared(r.at) < SAME_ROOT * SAME_ROOT)
+                };
+                by_map += u32::from(roots.iter().any(same));
+            }
+        }
+        if by_tree >= LEAST_TRIED && by_map as f32 >= FOUND_BY_MAP * by_tree as f32 {
+            if let Some(map) = chart.shortcut.take() {
+                chart.seeds = Seeds::Map(map);
+            }
+        }
+    });
+}
+
+/// A search from where a chart reflects in the direction of the point.
+#[inline]
+fn by_direction(
+    field: &MirrorField,
+    beam: &Beam,
+    map: &DirectionMap,
+    point: Vec3,
+) -> (Option<NewtonRoot>, u32) {
+    // The chart is not one point: a second look, from where the first says that the ray leaves.
+    let first = map.place(point - beam.centre);
+    let near = field.sample(first).map_or(beam.centre, |s| s.point);
+    newton(field, map.place(point - near), point, f32::INFINITY)
+}
+
+/// Keeps a root that is not yet known, unless it lies nearer to the mirror than so many spacings.
+#[inline]
+fn keep(root: Option<NewtonRoot>, self_hit: f32, roots: &mut Vec<NewtonRoot>) {
+    let Some(root) = root else { return };
+    let known = |r: &NewtonRoot| r.at.distance_squared(root.at) < SAME_ROOT * SAME_ROOT;
+    if root.distance >= self_hit * root.spacing && !roots.iter().any(known) {
+        roots.push(root);
+    }
+}
+
+/// The numbers of the bits that are set.
+fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros() as usize;
+        (mask != 0).then(|| {
+            mask &= mask - 1;
+            lane
+        })
+    })
+}
