@@ -155,6 +155,90 @@ fn measured(mirrors: &Mirrors, roots: &Roots, surfels: &Surfels) -> Quality {
     quality(&found)
 }
 
+fn diagnose(mirrors: &Mirrors, roots: &Roots, surfels: &Surfels) {
+    let guide = mirrors.guide();
+    let rows: Vec<(bool, bool, f32, f32, f32)> = surfels
+        .places
+        .par_iter()
+        .flat_map_iter(|place| {
+            let truth = roots.of(place.position.as_dvec3());
+            guide
+                .find(place.position)
+                .into_iter()
+                .map(|r| {
+                    let px = mirrors.field.pixel_of_place(r.at).as_dvec2();
+                    let ok = truth.iter().any(|t| t.pixel.distance(px) <= 4.0);
+                    let s = mirrors.field.sample(r.at).unwrap();
+                    let (x, y) = (r.at.x as u32, r.at.y as u32);
+                    let edge = (0..9u32).any(|k| {
+                        let (dx, dy) = (k % 3, k / 3);
+                        (x + dx == 0)
+                            || (y + dy == 0)
+                            || !mirrors.field.is_whole(x + dx - 1, y + dy - 1)
+                    });
+                    let w = |dx: i32, dy: i32| {
+                        let (x, y) = (x as i32 + dx, y as i32 + dy);
+                        x >= 0 && y >= 0 && mirrors.field.is_whole(x as u32, y as u32)
+                    };
+                    let (u, v) = (r.at.x.fract(), r.at.y.fract());
+                    let mut d = 2f32;
+                    for (dx, dy, e) in [
+                        (-1, 0, u),
+                        (1, 0, 1.0 - u),
+                        (0, -1, v),
+                        (0, 1, 1.0 - v),
+                        (-1, -1, u.max(v)),
+                        (1, -1, (1.0 - u).max(v)),
+                        (-1, 1, u.max(1.0 - v)),
+                        (1, 1, (1.0 - u).max(1.0 - v)),
+                    ] {
+                        if !w(dx, dy) {
+                            d = d.min(e)
+                        }
+                    }
+                    (
+                        ok,
+                        edge,
+                        s.ray_slope[0].length().max(s.ray_slope[1].length()),
+                        d,
+                        r.distance,
+                    )
+                })
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    for ok in [true, false] {
+        for edge in [true, false] {
+            let mut s: Vec<_> = rows.iter().filter(|r| r.0 == ok && r.1 == edge).collect();
+            s.sort_by(|a, b| a.2.total_cmp(&b.2));
+            let n = s.len();
+            if n > 0 {
+                println!(
+                    "  ok {ok} edge {edge}: {n}, slope median {} p10 {} p90 {} p99 {}",
+                    s[n / 2].2,
+                    s[n / 10].2,
+                    s[n * 9 / 10].2,
+                    s[n * 99 / 100].2
+                );
+                s.sort_by(|a, b| a.3.total_cmp(&b.3));
+                println!(
+                    "     residual median {} p90 {} p99 {} ",
+                    s[n / 2].3,
+                    s[n * 9 / 10].3,
+                    s[n * 99 / 100].3
+                );
+                s.sort_by(|a, b| a.4.total_cmp(&b.4));
+                println!(
+                    "     distance p1 {} p10 {} median {} ",
+                    s[n / 100].4,
+                    s[n / 10].4,
+                    s[n / 2].4
+                );
+            }
+        }
+    }
+}
+
 fn finds_every_root(expected: &Expected) {
     let view = View::REFERENCE;
     let name: SceneName = expected.scene.parse().expect("a scene");
@@ -176,6 +260,7 @@ fn finds_every_root(expected: &Expected) {
         mirrors.charts.len(),
         mirrors.lhc.regions.len()
     );
+    diagnose(&mirrors, &roots, &surfels);
     let noisy = Mirrors::new(&splatted(name), &surfels);
     let trees = noisy
         .charts

@@ -5,7 +5,7 @@ use glam::{UVec2, Vec2};
 
 use super::beam::{Beam, Points8};
 use super::charts::corners;
-use super::field::MirrorField;
+use super::field::{MirrorField, Sample};
 
 /// Side of a leaf's tile, cells.
 pub const LEAF: u32 = 4;
@@ -21,14 +21,24 @@ struct Node {
 enum Kind {
     /// So many nodes from this index on.
     Children { first: u32, count: u32 },
-    /// Where searches start in the tile.
-    Leaf { start: Vec2 },
+    /// A tile: searches start at this one of the tree's starts.
+    Leaf { start: u32 },
 }
 
 /// A quadtree over the cells of a chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BeamTree {
     nodes: Vec<Node>,
+    starts: Vec<Start>,
+}
+
+/// Where searches start in a tile, and the field there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// Place in the field.
+    pub at: Vec2,
+    /// The field at that place.
+    pub sample: Sample,
 }
 
 /// Working memory of a walk.
@@ -47,7 +57,10 @@ impl BeamTree {
         let side = ((high - low).max_element() + 1)
             .max(LEAF)
             .next_power_of_two();
-        let mut tree = Self { nodes: Vec::new() };
+        let mut tree = Self {
+            nodes: Vec::new(),
+            starts: Vec::new(),
+        };
         let root = Node {
             beam: Beam::around(std::iter::empty()),
             kind: Kind::Children { first: 0, count: 0 },
@@ -78,9 +91,13 @@ impl BeamTree {
                 .iter()
                 .min_by(|a, b| distance(a).total_cmp(&distance(b)));
             let (x, y) = nearest.copied().unwrap_or((corner.x, corner.y));
+            let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
             self.nodes[index].kind = Kind::Leaf {
-                start: Vec2::new(x as f32 + 0.5, y as f32 + 0.5),
+                start: self.starts.len() as u32,
             };
+            if let Some(sample) = field.sample(at) {
+                self.starts.push(Start { at, sample });
+            }
             return;
         }
         // Quadrants: sorted in place, upper left, upper right, lower left, lower right.
@@ -113,7 +130,7 @@ impl BeamTree {
         }
     }
 
-    /// Calls `each(start, mask)` for every leaf that may show some of eight points: where searches start, and a bit for each
+    /// Calls `each(start, mask)` for every tile that may show some of eight points: where searches start, and a bit for each
     /// of those points. `mask` says which points to look for.
     #[inline]
     pub fn visit(
@@ -121,7 +138,7 @@ impl BeamTree {
         points: &Points8,
         mask: u32,
         walk: &mut Walk,
-        mut each: impl FnMut(Vec2, u32),
+        mut each: impl FnMut(&Start, u32),
     ) {
         walk.0.clear();
         walk.0.push((0, mask));
@@ -135,9 +152,13 @@ impl BeamTree {
             }
             match node.kind {
                 Kind::Children { first, count } => {
-                    walk.0.extend((first..first + count).map(|k| (k, mask)))
+                    walk.0.extend((first..first + count).map(|k| (k, mask)));
                 }
-                Kind::Leaf { start } => each(start, mask),
+                Kind::Leaf { start } => {
+                    if let Some(start) = self.starts.get(start as usize) {
+                        each(start, mask);
+                    }
+                }
             }
         }
     }

@@ -17,7 +17,8 @@ use crate::grid::Grid;
 use crate::reflect::Surface;
 
 /// One pixel: the mirror's point (0 to 2) and the spacing of its points (3), the reflected ray's unit direction (4 to 6),
-/// and 1 where the cell to its lower right is part of the field (7).
+/// and 0 where the cell to its lower right is no part of the field, else 1 and a bit for each side on which the field ends
+/// (7), see [`SIDES`].
 ///
 /// Point and direction side by side are interpolated as one vector of eight.
 #[derive(Debug, Clone, Copy)]
@@ -26,6 +27,22 @@ struct Texel([f32; 8]);
 
 const SPACING: usize = 3;
 const WHOLE: usize = 7;
+
+/// The eight cells around a cell, in the order of their bits, from 2 on.
+const SIDES: [(isize, isize); 8] = [
+    (-1, -1),
+    (0, -1),
+    (1, -1),
+    (-1, 0),
+    (1, 0),
+    (-1, 1),
+    (0, 1),
+    (1, 1),
+];
+
+/// The outermost part of the field, pixels. At a silhouette the mirror turns away within a pixel, and what lies between two
+/// pixels is no longer known: most places that are found there show nothing of the kind, and hardly any elsewhere.
+pub const OUTLINE: f32 = 0.06;
 
 /// The mirrors of a picture, in the rectangle around them. Places are counted in pixels from the centre of its upper left
 /// pixel.
@@ -37,7 +54,7 @@ pub struct MirrorField {
 }
 
 /// The field at a place.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// The mirror's point, relative to the scene's origin.
     pub point: Vec3,
@@ -91,8 +108,17 @@ impl MirrorField {
                 return Texel([0.0; 8]);
             };
             let spacing = surface.normal.values()[index].w;
-            let whole = f32::from(u8::from(whole(x, y)));
-            Texel([p.x, p.y, p.z, spacing, r.x, r.y, r.z, whole])
+            let ends = |(bit, (dx, dy)): (usize, &(isize, isize))| {
+                let (x, y) = (x.checked_add_signed(*dx), y.checked_add_signed(*dy));
+                let goes_on = x.zip(y).is_some_and(|(x, y)| whole(x, y));
+                if goes_on { 0 } else { 2 << bit }
+            };
+            let sides: u16 = if whole(x, y) {
+                1 + SIDES.iter().enumerate().map(ends).sum::<u16>()
+            } else {
+                0
+            };
+            Texel([p.x, p.y, p.z, spacing, r.x, r.y, r.z, f32::from(sides)])
         };
         Ok(Self {
             bounds,
@@ -133,6 +159,24 @@ impl MirrorField {
     pub fn is_whole(&self, x: u32, y: u32) -> bool {
         let texel = self.texels.get(y as usize * self.width + x as usize);
         x < self.width as u32 && texel.is_some_and(|t| t.0[WHOLE] > 0.0)
+    }
+
+    /// Whether a place lies in the field, and not on its outline ([`OUTLINE`]).
+    pub fn is_inside(&self, at: Vec2) -> bool {
+        if !(at.x >= 0.0 && at.y >= 0.0 && at.x < self.width as f32) {
+            return false;
+        }
+        let index = at.y as usize * self.width + at.x as usize;
+        let sides = self.texels.get(index).map_or(0, |t| t.0[WHOLE] as u32);
+        let (u, v) = (at.x.fract(), at.y.fract());
+        let near = |offset: isize, part: f32| match offset {
+            -1 => part < OUTLINE,
+            1 => part > 1.0 - OUTLINE,
+            _ => true,
+        };
+        let on_outline = (SIDES.iter().enumerate())
+            .any(|(bit, &(dx, dy))| sides & 2 << bit != 0 && near(dx, u) && near(dy, v));
+        sides != 0 && !on_outline
     }
 
     /// The field at a place; `None` outside of it.

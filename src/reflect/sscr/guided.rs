@@ -2,14 +2,15 @@
 //! eight points at a time; in the others Gauss-Newton steps start where the chart reflects in the point's direction, or, on
 //! bowls and saddles, in every tile whose beam may show it.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use wide::f32x8;
 
 use super::beam::{Beam, Points8};
-use super::beam_tree::{LEAF, Walk};
+use super::beam_tree::{LEAF, Start, Walk};
 use super::charts::{Chart, DirectionMap, Seeds};
 use super::field::MirrorField;
-use super::newton::{NewtonRoot, newton};
+use super::newton::{NewtonRoot, Within, first_steps, newton, take_step};
 use super::root_find::SearchCounts;
 use crate::cloud::Place;
 use crate::error::Result;
@@ -69,15 +70,15 @@ impl Guide<'_> {
                         let (root, steps) =
                             by_direction(self.field, &chart.beam, map, positions[lane]);
                         taken += u64::from(steps);
-                        keep(root, self.self_hit, &mut roots[lane]);
+                        if let Some(root) = root {
+                            keep(root, self.self_hit, &mut roots[lane]);
+                        }
                     }
                 }
                 Seeds::Tree(tree) => tree.visit(&points, mask, walk, |start, mask| {
-                    for lane in lanes(mask) {
-                        let (root, steps) = newton(self.field, start, positions[lane], STAY);
-                        taken += u64::from(steps);
+                    taken += in_tile(self.field, start, &points, positions, mask, |lane, root| {
                         keep(root, self.self_hit, &mut roots[lane]);
-                    }
+                    });
                 }),
             }
         }
@@ -162,11 +163,11 @@ pub fn shorten(charts: &mut [Chart], field: &MirrorField, places: &[Place], samp
         for group in positions.chunks(GROUP) {
             let points = Points8::new(group);
             let mut roots: [Vec<NewtonRoot>; GROUP] = Default::default();
-            tree.visit(&points, (1 << group.len()) - 1, &mut walk, |start, mask| {
-                for lane in lanes(mask) {
-                    let (root, _) = newton(field, start, group[lane], STAY);
+            let all = (1 << group.len()) - 1;
+            tree.visit(&points, all, &mut walk, |start, mask| {
+                in_tile(field, start, &points, group, mask, |lane, root| {
                     keep(root, 0.0, &mut roots[lane]);
-                }
+                });
             });
             for (lane, roots) in roots.iter().enumerate().filter(|(_, r)| !r.is_empty()) {
                 by_tree += roots.len() as u32;
@@ -196,13 +197,49 @@ fn by_direction(
     // The chart is not one point: a second look, from where the first says that the ray leaves.
     let first = map.place(point - beam.centre);
     let near = field.sample(first).map_or(beam.centre, |s| s.point);
-    newton(field, map.place(point - near), point, f32::INFINITY)
+    let start = map.place(point - near);
+    match field.sample(start) {
+        Some(sample) => newton(field, (start, sample), point, Within::ANYWHERE),
+        None => (None, 0),
+    }
+}
+
+/// Searches a tile for those of eight points whose bits are set: calls `found(lane, root)`, and returns the steps taken.
+#[inline]
+fn in_tile(
+    field: &MirrorField,
+    start: &Start,
+    points: &Points8,
+    positions: &[Vec3],
+    mask: u32,
+    mut found: impl FnMut(usize, NewtonRoot),
+) -> u64 {
+    let within = Within {
+        centre: start.at,
+        reach: STAY,
+    };
+    // Most first steps lead out of the tile: they are made together.
+    let [x, y] = first_steps(&start.sample, points);
+    let reach = f32x8::splat(STAY);
+    let stays = (x.abs().simd_le(reach) & y.abs().simd_le(reach)).to_bitmask();
+    let (x, y) = (x.to_array(), y.to_array());
+    let mut taken = u64::from(mask.count_ones());
+    for lane in lanes(mask & stays) {
+        let step = Vec2::new(x[lane], y[lane]);
+        if let Some(next) = take_step(field, start.at, step) {
+            let (root, steps) = newton(field, next, positions[lane], within);
+            taken += u64::from(steps);
+            if let Some(root) = root {
+                found(lane, root);
+            }
+        }
+    }
+    taken
 }
 
 /// Keeps a root that is not yet known, unless it lies nearer to the mirror than so many spacings.
 #[inline]
-fn keep(root: Option<NewtonRoot>, self_hit: f32, roots: &mut Vec<NewtonRoot>) {
-    let Some(root) = root else { return };
+fn keep(root: NewtonRoot, self_hit: f32, roots: &mut Vec<NewtonRoot>) {
     let known = |r: &NewtonRoot| r.at.distance_squared(root.at) < SAME_ROOT * SAME_ROOT;
     if root.distance >= self_hit * root.spacing && !roots.iter().any(known) {
         roots.push(root);

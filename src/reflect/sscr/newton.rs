@@ -6,7 +6,9 @@
 //! J^T J s = -J^T F. On the reference scenes a root takes three to five steps.
 
 use glam::{Vec2, Vec3};
+use wide::f32x8;
 
+use super::beam::Points8;
 use super::field::{MirrorField, Sample};
 
 /// Steps at most.
@@ -96,20 +98,73 @@ fn step(sample: &Sample, point: Vec3) -> Step {
     }
 }
 
-/// Searches from a place on for the one where the field shows `point`; `stay` says how far from the start it may lie.
+/// The first steps from one place towards each of eight points, to the right and down; not a number where there is none.
+#[inline(always)]
+pub fn first_steps(sample: &Sample, points: &Points8) -> [f32x8; 2] {
+    let splat = |v: Vec3| v.to_array().map(f32x8::splat);
+    let dot = |a: [f32x8; 3], b: [f32x8; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let position = splat(sample.point);
+    let to_point: [f32x8; 3] = std::array::from_fn(|k| points.xyz[k] - position[k]);
+    let inverse = f32x8::ONE / dot(to_point, to_point).sqrt();
+    let l = to_point.map(|v| v * inverse);
+    let ray = splat(sample.ray);
+    let error: [f32x8; 3] = std::array::from_fn(|k| ray[k] - l[k]);
+    let slope = |k: usize| -> [f32x8; 3] {
+        let (turned, moved) = (splat(sample.ray_slope[k]), splat(sample.point_slope[k]));
+        let along = dot(l, moved);
+        std::array::from_fn(|k| turned[k] + (moved[k] - l[k] * along) * inverse)
+    };
+    let (right, down) = (slope(0), slope(1));
+    let (a, b, c) = (dot(right, right), dot(right, down), dot(down, down));
+    let (gx, gy) = (dot(right, error), dot(down, error));
+    let over = f32x8::ONE / (a * c - b * b);
+    [(gy * b - gx * c) * over, (gx * b - gy * a) * over]
+}
+
+/// The part of the field in which a search stays: a square.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Within {
+    /// Its middle.
+    pub centre: Vec2,
+    /// Half its side, pixels.
+    pub reach: f32,
+}
+
+impl Within {
+    /// All of the field.
+    pub const ANYWHERE: Self = Self {
+        centre: Vec2::ZERO,
+        reach: f32::INFINITY,
+    };
+
+    #[inline]
+    fn holds(&self, at: Vec2) -> bool {
+        (at - self.centre).abs().max_element() <= self.reach
+    }
+}
+
+/// The place that a step leads to, and the field there; a step that leaves the mirror is halved.
+#[inline]
+pub fn take_step(field: &MirrorField, at: Vec2, mut step: Vec2) -> Option<(Vec2, Sample)> {
+    for _ in 0..=HALVINGS {
+        if let Some(sample) = field.sample(at + step) {
+            return Some((at + step, sample));
+        }
+        step *= 0.5;
+    }
+    None
+}
+
+/// Searches from a place, where the field is `sample`, for the one where it shows `point`.
 ///
 /// Returns the root, if there is one, and the number of steps.
 #[inline]
 pub fn newton(
     field: &MirrorField,
-    start: Vec2,
+    (mut at, mut sample): (Vec2, Sample),
     point: Vec3,
-    stay: f32,
+    within: Within,
 ) -> (Option<NewtonRoot>, u32) {
-    let mut at = start;
-    let Some(mut sample) = field.sample(at) else {
-        return (None, 0);
-    };
     for steps in 1..=MAX_STEPS {
         let s = step(&sample, point);
         let length = s.step.length();
@@ -121,23 +176,18 @@ pub fn newton(
         if last && s.left_squared >= RESIDUAL_FLOOR + RESIDUAL * s.slopes_squared {
             return (None, steps);
         }
-        let mut taken = s.step * (LONGEST_STEP / length).min(1.0);
-        if !((at + taken - start).abs().max_element() <= stay) {
+        let taken = s.step * (LONGEST_STEP / length).min(1.0);
+        if !within.holds(at + taken) {
             return (None, steps);
         }
-        let mut next = field.sample(at + taken);
-        for _ in 0..HALVINGS {
-            if next.is_some() {
-                break;
-            }
-            taken *= 0.5;
-            next = field.sample(at + taken);
-        }
-        let Some(next) = next else {
+        let Some((next, there)) = take_step(field, at, taken) else {
             return (None, steps);
         };
-        at += taken;
+        at = next;
         if last {
+            if !field.is_inside(at) {
+                return (None, steps);
+            }
             let root = NewtonRoot {
                 at,
                 distance: s.distance,
@@ -148,7 +198,7 @@ pub fn newton(
             };
             return (Some(root), steps);
         }
-        sample = next;
+        sample = there;
     }
     (None, MAX_STEPS)
 }
