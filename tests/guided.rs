@@ -319,16 +319,12 @@ fn finds_every_root(expected: &Expected) {
     let b = time(&|| {
         mirrors
             .guide()
-            .search(&many.places, &order, &job)
+            .search(&many, &order, &job)
             .expect("hits")
             .1
             .hits
     });
-    let counts = mirrors
-        .guide()
-        .search(&many.places, &order, &job)
-        .expect("hits")
-        .1;
+    let counts = mirrors.guide().search(&many, &order, &job).expect("hits").1;
     println!(
         "{}: interleaved {a:.0} ns a hit, guided {b:.0}, ratio 1/{:.1}; {:.0} ns a point; steps/pt {:.2}",
         expected.scene,

@@ -10,9 +10,12 @@ use crate::gbuffer::GBuffer;
 use crate::gi::GiSettings;
 use crate::grid::Grid;
 use crate::job::Job;
-use crate::reflect::sscr::SscrSettings;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings};
+use crate::reflect::sscr::field::MirrorField;
+use crate::reflect::sscr::guided::Guide;
+use crate::reflect::sscr::prefix::{Budget, Prefix};
 use crate::reflect::sscr::root_find::SearchCounts;
+use crate::reflect::sscr::{Splatting, SscrSettings};
 use crate::reflect::{Eye, Hit, LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
 
 impl Gpu {
@@ -127,16 +130,37 @@ impl Gpu {
         self.on_cpu(|cpu| cpu.root_find(&points.surfels, &mirrors, settings, diagonal, job))
     }
 
+    pub(super) fn run_mirror_field(
+        &mut self,
+        surface: &Surface<Self>,
+        curvature: &Grid<u8>,
+        job: &Job,
+    ) -> Result<(MirrorField, Grid<u8>)> {
+        let surface = self.copy_surface(surface)?;
+        self.on_cpu(|cpu| cpu.mirror_field(&surface, curvature, job))
+    }
+
+    pub(super) fn run_guided(
+        &mut self,
+        points: &GpuPoints,
+        guide: &Guide<'_>,
+        prefix: &mut Prefix,
+        budget: Budget,
+        job: &Job,
+    ) -> Result<(Vec<Hit>, SearchCounts, usize)> {
+        self.on_cpu(|cpu| cpu.guided(&points.surfels, guide, prefix, budget, job))
+    }
+
     pub(super) fn run_accumulate(
         &mut self,
         hits: &Vec<Hit>,
         points: &GpuPoints,
         mirror: &mut MirrorGBuffer<Self>,
-        settings: &SscrSettings,
+        splatting: &Splatting,
         job: &Job,
     ) -> Result<()> {
         let mut seen = self.copy_mirror(mirror)?;
-        self.on_cpu(|cpu| cpu.accumulate(hits, &points.surfels, &mut seen, settings, job))?;
+        self.on_cpu(|cpu| cpu.accumulate(hits, &points.surfels, &mut seen, splatting, job))?;
         *mirror = seen.put(self)?;
         Ok(())
     }

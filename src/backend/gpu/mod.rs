@@ -18,9 +18,12 @@ use crate::gi::GiSettings;
 use crate::grid::Grid;
 use crate::image::ImageSettings;
 use crate::job::Job;
-use crate::reflect::sscr::SscrSettings;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings};
+use crate::reflect::sscr::field::MirrorField;
+use crate::reflect::sscr::guided::Guide;
+use crate::reflect::sscr::prefix::{Budget, Prefix};
 use crate::reflect::sscr::root_find::SearchCounts;
+use crate::reflect::sscr::{Splatting, SscrSettings};
 use crate::reflect::{Hit, LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
 use crate::timing::Timings;
 
@@ -199,15 +202,35 @@ impl Backend for Gpu {
         self.run_root_find(points, mirrors, settings, diagonal, job)
     }
 
+    fn mirror_field(
+        &mut self,
+        surface: &Surface<Self>,
+        curvature: &Grid<u8>,
+        job: &Job,
+    ) -> Result<(MirrorField, Grid<u8>)> {
+        self.run_mirror_field(surface, curvature, job)
+    }
+
+    fn guided(
+        &mut self,
+        points: &GpuPoints,
+        guide: &Guide<'_>,
+        prefix: &mut Prefix,
+        budget: Budget,
+        job: &Job,
+    ) -> Result<(Vec<Hit>, SearchCounts, usize)> {
+        self.run_guided(points, guide, prefix, budget, job)
+    }
+
     fn accumulate(
         &mut self,
         hits: &Vec<Hit>,
         points: &GpuPoints,
         mirror: &mut MirrorGBuffer<Self>,
-        settings: &SscrSettings,
+        splatting: &Splatting,
         job: &Job,
     ) -> Result<()> {
-        self.run_accumulate(hits, points, mirror, settings, job)
+        self.run_accumulate(hits, points, mirror, splatting, job)
     }
 
     fn mirror_coverage(

@@ -12,7 +12,7 @@ use super::charts::{Chart, DirectionMap, Seeds};
 use super::field::MirrorField;
 use super::newton::{NewtonRoot, Within, first_steps, newton, take_step};
 use super::root_find::SearchCounts;
-use crate::cloud::Place;
+use crate::cloud::{Place, Surfels};
 use crate::error::Result;
 use crate::job::Job;
 use crate::reflect::Hit;
@@ -30,13 +30,13 @@ const CHUNK: usize = 256;
 const STAY: f32 = 1.5 * LEAF as f32;
 
 /// The mirrors in which points are searched, and how.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub struct Guide<'a> {
     /// The mirrors.
     pub field: &'a MirrorField,
     /// Their charts.
     pub charts: &'a [Chart],
-    /// Points nearer to the mirror than this are its own; x spacing.
+    /// Mirrors leave out mirror points nearer than this: their own; x spacing.
     pub self_hit: f32,
     /// Half width of a surfel's disc over its radius.
     pub splat_size: f32,
@@ -71,13 +71,13 @@ impl Guide<'_> {
                             by_direction(self.field, &chart.beam, map, positions[lane]);
                         taken += u64::from(steps);
                         if let Some(root) = root {
-                            keep(root, self.self_hit, &mut roots[lane]);
+                            keep(root, &mut roots[lane]);
                         }
                     }
                 }
                 Seeds::Tree(tree) => tree.visit(&points, mask, walk, |start, mask| {
                     taken += in_tile(self.field, start, &points, positions, mask, |lane, root| {
-                        keep(root, self.self_hit, &mut roots[lane]);
+                        keep(root, &mut roots[lane]);
                     });
                 }),
             }
@@ -99,7 +99,7 @@ impl Guide<'_> {
     /// [`crate::Error::Cancelled`].
     pub fn search(
         &self,
-        places: &[Place],
+        surfels: &Surfels,
         order: &[u32],
         job: &Job,
     ) -> Result<(Vec<Hit>, SearchCounts)> {
@@ -111,14 +111,21 @@ impl Guide<'_> {
                 for group in chunk.chunks(GROUP) {
                     let mut positions = [Vec3::NAN; GROUP];
                     for (position, &index) in positions.iter_mut().zip(group) {
-                        *position = places.get(index as usize).map_or(Vec3::NAN, |p| p.position);
+                        *position = surfels
+                            .places
+                            .get(index as usize)
+                            .map_or(Vec3::NAN, |p| p.position);
                     }
                     counts.steps += self.find_eight(&positions[..group.len()], work);
                     counts.offered += group.len() as u64;
-                    for (&index, roots) in group.iter().zip(&work.roots) {
+                    for (&index, roots) in group.iter().zip(&mut work.roots) {
+                        let finish = surfels.finishes.get(index as usize);
+                        if finish.is_some_and(|f| f.mirror() > 0.0) {
+                            roots.retain(|r| r.distance >= self.self_hit * r.spacing);
+                        }
                         counts.hit += u64::from(!roots.is_empty());
                         counts.hits += roots.len() as u64;
-                        let radius = places.get(index as usize).map_or(0.0, |p| p.radius);
+                        let radius = surfels.places.get(index as usize).map_or(0.0, |p| p.radius);
                         hits.extend(roots.iter().map(|root| Hit {
                             point: index,
                             pixel: self.field.pixel_of_place(root.at),
@@ -166,7 +173,7 @@ pub fn shorten(charts: &mut [Chart], field: &MirrorField, places: &[Place], samp
             let all = (1 << group.len()) - 1;
             tree.visit(&points, all, &mut walk, |start, mask| {
                 in_tile(field, start, &points, group, mask, |lane, root| {
-                    keep(root, 0.0, &mut roots[lane]);
+                    keep(root, &mut roots[lane]);
                 });
             });
             for (lane, roots) in roots.iter().enumerate().filter(|(_, r)| !r.is_empty()) {
@@ -237,11 +244,11 @@ fn in_tile(
     taken
 }
 
-/// Keeps a root that is not yet known, unless it lies nearer to the mirror than so many spacings.
+/// Keeps a root that is not yet known.
 #[inline]
-fn keep(root: NewtonRoot, self_hit: f32, roots: &mut Vec<NewtonRoot>) {
+fn keep(root: NewtonRoot, roots: &mut Vec<NewtonRoot>) {
     let known = |r: &NewtonRoot| r.at.distance_squared(root.at) < SAME_ROOT * SAME_ROOT;
-    if root.distance >= self_hit * root.spacing && !roots.iter().any(known) {
+    if !roots.iter().any(known) {
         roots.push(root);
     }
 }

@@ -14,6 +14,7 @@ pub mod lhc;
 pub mod mirror_error;
 mod mirror_pixels;
 pub mod newton;
+pub mod prefix;
 mod random;
 pub mod root_find;
 mod settings;
@@ -21,7 +22,7 @@ mod settings;
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
 
-pub use settings::{Distribution, Search, SscrSettings, Visibility};
+pub use settings::{Distribution, Search, Splatting, SscrSettings, Visibility};
 
 /// A region of homogeneous curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]
