@@ -16,6 +16,7 @@ mod cameras;
 mod cli;
 mod clouds;
 mod evenness;
+mod extremes;
 mod forms;
 mod generate;
 mod hostile;
@@ -30,12 +31,17 @@ mod program;
 mod ray_trace;
 mod regions;
 mod render;
+mod rendered;
 mod root_find;
 mod roots;
 mod scene;
+mod searched;
 mod shaders;
+mod shown;
 mod splats;
+mod splatted;
 mod support;
+mod trends;
 mod truth;
 mod twins;
 
@@ -48,6 +54,7 @@ fn main() {
         cli::tests(),
         clouds::tests(),
         evenness::tests(),
+        extremes::tests(),
         generate::tests(),
         hostile::tests(),
         limits::tests(),
@@ -62,7 +69,10 @@ fn main() {
         roots::tests(),
         scene::tests(),
         shaders::tests(),
+        shown::tests(),
+        splatted::tests(),
         splats::tests(),
+        trends::tests(),
         truth::tests(),
         twins::tests(),
     ]
