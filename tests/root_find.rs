@@ -1,6 +1,7 @@
 //! The search against all roots of analytic scenes.
 
 use catoptric::cloud::generate::SceneName;
+use catoptric::reflect::LabelledMirrors;
 use catoptric::reflect::sscr::mirror_error::{MirrorPoint, mirror_error};
 use catoptric::reflect::sscr::root_find::RootFinder;
 use glam::{Vec2, Vec3};
@@ -135,7 +136,8 @@ fn threads_do_not_change_the_hits() {
     let hits = Oracle::named("torus").view(&view);
     let surface = surface(&view, &hits, 0.0);
     let lhc = regions(&view, &surface);
-    let finder = RootFinder::new(&surface, &lhc, Vec3::X, thesis(4.0)).expect("a small picture");
+    let finder = RootFinder::new(&LabelledMirrors::new(&surface, &lhc, Vec3::X), thesis(4.0))
+        .expect("a small picture");
     let surfels = cloud(SceneName::Torus, 30_000);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
@@ -146,6 +148,7 @@ fn threads_do_not_change_the_hits() {
             finder.search(
                 &surfels.places,
                 |i| (i % 2 == 0).then_some(1),
+                |_| 1.0,
                 &catoptric::Job::default(),
             )
         };

@@ -3,13 +3,13 @@
 use catoptric::backend::cpu::Cpu;
 use catoptric::cloud::Place;
 use catoptric::gbuffer::GBuffer;
-use catoptric::reflect::Surface;
 use catoptric::reflect::sscr::curvature::{Axes, LhcSettings, curvature};
 use catoptric::reflect::sscr::distribute::distribute;
 use catoptric::reflect::sscr::lhc::Labeller;
 use catoptric::reflect::sscr::mirror_error::{MirrorPoint, mirror_error};
 use catoptric::reflect::sscr::root_find::{Outcome, RootFindParams, RootFinder};
 use catoptric::reflect::sscr::{Distribution, LhcMap};
+use catoptric::reflect::{LabelledMirrors, Surface};
 use glam::{DVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -69,7 +69,10 @@ impl Mirrors {
         params: RootFindParams,
         error: ErrorFunction,
     ) -> Vec<Outcome> {
-        let finder = RootFinder::new(&self.surface, &self.lhc, self.right, params);
+        let finder = RootFinder::new(
+            &LabelledMirrors::new(&self.surface, &self.lhc, self.right),
+            params,
+        );
         let finder = finder.expect("a small picture");
         let outcome = |(index, place): (usize, &Place)| {
             let index = index as u32;
