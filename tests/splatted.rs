@@ -46,6 +46,8 @@ struct Expected {
     coverage: f64,
     /// Most hits that may be false, part of all.
     false_hits: f64,
+    /// Metres within which rays find half of what is seen.
+    rays_median: f64,
     /// Most that the mirrors' picture may stay behind that of traced rays, dB.
     behind_rays: f64,
 }
@@ -60,6 +62,7 @@ const EXPECTED: [Expected; 5] = [
         recall: 0.477,
         coverage: 0.97,
         false_hits: 0.06,
+        rays_median: 0.01,
         behind_rays: 2.0,
     },
     Expected {
@@ -71,6 +74,7 @@ const EXPECTED: [Expected; 5] = [
         recall: 0.874,
         coverage: 0.97,
         false_hits: 0.06,
+        rays_median: 0.01,
         behind_rays: 2.0,
     },
     Expected {
@@ -82,6 +86,7 @@ const EXPECTED: [Expected; 5] = [
         recall: 0.686,
         coverage: 0.97,
         false_hits: 0.06,
+        rays_median: 0.01,
         behind_rays: 2.0,
     },
     Expected {
@@ -94,6 +99,8 @@ const EXPECTED: [Expected; 5] = [
         coverage: 0.90,
         // Half of them lie on outlines, which splats move; 6.5 % of a larger sample.
         false_hits: 0.08,
+        // Tight bends magnify what is left of the normals' noise.
+        rays_median: 0.02,
         behind_rays: 5.0,
     },
     Expected {
@@ -105,6 +112,7 @@ const EXPECTED: [Expected; 5] = [
         recall: 0.255,
         coverage: 0.90,
         false_hits: 0.06,
+        rays_median: 0.01,
         behind_rays: 6.0,
     },
 ];
@@ -171,5 +179,8 @@ fn holds(expected: &Expected) {
         sscr.psnr > sscr.black + 3.0,
         "{scene}: hardly better than black, {sscr:?}"
     );
-    assert!(rays.median <= 0.010, "{scene}, rays: {rays:?}");
+    assert!(
+        rays.median <= expected.rays_median,
+        "{scene}, rays: {rays:?}"
+    );
 }
