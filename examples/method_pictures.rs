@@ -172,7 +172,7 @@ fn splats() -> Outcome<Panels> {
         let depth = usual.gbuffer.surface.values()[i].w;
         [(255.0 * (2.4 - depth) / 1.4).clamp(0.0, 255.0) as u8; 3]
     });
-    let small = stage.render(bare(0.4))?;
+    let small = stage.render(bare(0.7))?;
     Ok(vec![normals(&small), normals(&usual), depth])
 }
 
@@ -181,7 +181,7 @@ fn fillings() -> Outcome<Panels> {
     let mut stage = Stage::new("torus", 400_000, 34.0, false)?;
     let mut filled = |fill: u32| {
         stage.render(|s| {
-            (s.splat.size, s.splat.fill, s.splat.smooth) = (0.9, fill, 0.0);
+            (s.splat.size, s.splat.fill, s.splat.smooth) = (1.0, fill, 0.0);
         })
     };
     let (holes, filled) = (filled(0)?, filled(3)?);

@@ -64,6 +64,7 @@ fn main() {
         overrides::tests(),
         regions::tests(),
         render::tests(),
+        rendered::tests(),
         ray_trace::tests(),
         root_find::tests(),
         roots::tests(),

@@ -3,14 +3,22 @@
 use std::path::Path;
 
 use catoptric::Job;
-use catoptric::grid::Grid;
-use catoptric::reflect::Method;
+use catoptric::reflect::{Method, MirrorGBuffer};
 use catoptric::renderer::{BackendChoice, Products, Renderer};
 use catoptric::scene::{LoadedScene, Scene};
 use catoptric::settings::Settings;
-use glam::Vec4;
+use glam::UVec2;
+use libtest_mimic::Trial;
 
 use crate::analytic::View;
+use crate::support::{claim, empty_products};
+
+pub(crate) fn tests() -> Vec<Trial> {
+    vec![claim(
+        "rendered::a_value_that_is_no_number_is_noticed",
+        a_value_that_is_no_number_is_noticed,
+    )]
+}
 
 /// A scene that can be rendered again and again.
 pub(crate) struct Opened {
@@ -46,7 +54,7 @@ impl Opened {
             .renderer
             .render(&view, &plan, settings, &Job::default())
             .expect("no cancellation");
-        all_numbers(&products);
+        assert_eq!(no_number(&products), None);
         products
     }
 
@@ -85,8 +93,8 @@ pub(crate) fn camera(view: &View) -> String {
     )
 }
 
-/// Fails where a value of a frame is infinite or no number.
-pub(crate) fn all_numbers(products: &Products) {
+/// A value of a frame that is infinite or no number, and where, if there is one.
+fn no_number(products: &Products) -> Option<String> {
     let gbuffer = &products.gbuffer;
     let mut grids = vec![
         ("surface", &gbuffer.surface),
@@ -102,23 +110,38 @@ pub(crate) fn all_numbers(products: &Products) {
             ("reflected albedo", &mirror.albedo),
             ("reflected material", &mirror.material),
         ]);
-        let level = mirror.level.values().iter().position(|l| !l.is_finite());
-        assert_eq!(level, None, "a level that is no number");
+        if let Some(at) = mirror.level.values().iter().position(|l| !l.is_finite()) {
+            return Some(format!("level at {at}"));
+        }
     }
     for (name, grid) in grids {
-        let wrong = first_that_is_no_number(grid);
-        assert_eq!(wrong, None, "a {name} that is no number");
+        if let Some(at) = grid.values().iter().position(|v| !v.is_finite()) {
+            return Some(format!("{name} at {at}"));
+        }
     }
-    for bounce in &products.bounces {
+    let wrong = products.bounces.iter().find(|bounce| {
         let shares = [bounce.hit_rate, bounce.coverage, bounce.coverage_closed];
-        let sound = |share: &f64| (0.0..=1.0).contains(share);
-        assert!(
-            shares.iter().all(sound) && bounce.mean_steps.is_finite(),
-            "{bounce:?}"
-        );
-    }
+        !shares.iter().all(|share| (0.0..=1.0).contains(share)) || !bounce.mean_steps.is_finite()
+    });
+    wrong.map(|bounce| format!("{bounce:?}"))
 }
 
-fn first_that_is_no_number(grid: &Grid<Vec4>) -> Option<usize> {
-    grid.values().iter().position(|v| !v.is_finite())
+fn a_value_that_is_no_number_is_noticed() {
+    let size = UVec2::new(4, 3);
+    let sound = || {
+        let mut products = empty_products(size);
+        products.mirror = Some(MirrorGBuffer::empty(size));
+        products
+    };
+    assert_eq!(no_number(&sound()), None, "nothing is wrong");
+    for value in [f32::NAN, f32::INFINITY] {
+        let mut products = sound();
+        products.radiance.values_mut()[7].y = value;
+        assert_eq!(no_number(&products).as_deref(), Some("radiance at 7"));
+        let mut products = sound();
+        let mirror = products.mirror.as_mut().expect("a mirror");
+        mirror.surface.values_mut()[11].w = value;
+        let wrong = no_number(&products);
+        assert_eq!(wrong.as_deref(), Some("reflected surface at 11"));
+    }
 }

@@ -79,6 +79,8 @@ fn the_first_two_attempts_gain_most(scene: &str, threshold: f32) {
             saturates(&hit_rates, 0.75),
             "{scene}, {kind}: {hit_rates:?}"
         );
+        let turned = [4, 3, 2, 1, 0].map(|n: usize| hit_rates[n]);
+        assert!(!saturates(&turned, 0.0), "the control: {turned:?} falls");
         assert!(recalls[1] > recalls[0], "{scene}, {kind}: {recalls:?}");
     }
 }

@@ -1,5 +1,5 @@
 //! The extremes of mirrors, cameras and clouds: each test says what happens. Both methods render every one of them, and no
-//! value of any buffer may be other than a number ([`crate::rendered::all_numbers`]).
+//! value of any buffer may be other than a number ([`Opened::render`] sees to that).
 
 mod cameras;
 mod clouds;
