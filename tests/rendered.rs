@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use catoptric::Job;
+use catoptric::reflect::sscr::Search;
 use catoptric::reflect::{Method, MirrorGBuffer};
 use catoptric::renderer::{BackendChoice, Products, Renderer};
 use catoptric::scene::{LoadedScene, Scene};
@@ -20,7 +21,7 @@ pub(crate) fn tests() -> Vec<Trial> {
     )]
 }
 
-/// A scene that can be rendered again and again.
+/// A scene that can be rendered again and again, its mirrors by the interleaved search unless told otherwise.
 pub(crate) struct Opened {
     pub(crate) settings: Settings,
     pub(crate) loaded: LoadedScene,
@@ -34,8 +35,10 @@ impl Opened {
         let loaded = scene.load(&Job::default()).expect("sound clouds");
         let renderer =
             Renderer::new(&BackendChoice::Cpu, &loaded.surfels).expect("the processor is there");
+        let mut settings = scene.settings;
+        settings.sscr.search = Search::Interleaved;
         Self {
-            settings: scene.settings,
+            settings,
             loaded,
             renderer,
         }

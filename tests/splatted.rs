@@ -2,6 +2,7 @@
 //! analytic scenes, and beside traced rays over the same surfels.
 
 use catoptric::reflect::Method;
+use catoptric::reflect::sscr::Search;
 use catoptric::reflect::sscr::mirror_error::mirror_error;
 use catoptric::reflect::sscr::root_find::RootFindParams;
 use catoptric::settings::Settings;
@@ -122,6 +123,7 @@ impl Expected {
     fn settings(&self) -> Settings {
         let mut settings = Settings::default();
         settings.reflect.method = Method::Sscr;
+        settings.sscr.search = Search::Interleaved;
         settings.sscr.seed_attempts = 6;
         settings.sscr.step_attempts = 6;
         settings.sscr.max_steps = 50;
