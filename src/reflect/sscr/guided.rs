@@ -185,10 +185,11 @@ pub fn shorten(charts: &mut [Chart], field: &MirrorField, places: &[Place], samp
                 by_map += u32::from(roots.iter().any(same));
             }
         }
-        if by_tree >= LEAST_TRIED && by_map as f32 >= FOUND_BY_MAP * by_tree as f32 {
-            if let Some(map) = chart.shortcut.take() {
-                chart.seeds = Seeds::Map(map);
-            }
+        if by_tree >= LEAST_TRIED
+            && by_map as f32 >= FOUND_BY_MAP * by_tree as f32
+            && let Some(map) = chart.shortcut.take()
+        {
+            chart.seeds = Seeds::Map(map);
         }
     });
 }
