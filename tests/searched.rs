@@ -142,6 +142,13 @@ impl Known {
         }
     }
 
+    /// How well they are found by a search that tells all places where it finds a point.
+    pub(crate) fn quality_by(&self, find: impl Fn(Vec3) -> Vec<DVec2> + Sync) -> Quality {
+        let hits: Vec<Vec<DVec2>> = self.places.par_iter().map(|p| find(p.position)).collect();
+        let found: Vec<_> = self.roots.iter().cloned().zip(hits).collect();
+        quality(&found)
+    }
+
     /// How well they are found.
     pub(crate) fn quality(
         &self,
