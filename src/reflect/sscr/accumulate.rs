@@ -27,7 +27,7 @@ use crate::reflect::{Hit, MirrorGBuffer};
 const DEPTH_RANGE: f32 = 1.25;
 
 /// Largest half side of a splat, pixels: where a mirror's picture folds, a point is magnified without bound.
-pub const LARGEST_REACH: f32 = 24.0;
+pub const LARGEST_REACH: f32 = 64.0;
 
 /// Splats hits. Keeps its working memory between frames.
 #[derive(Debug, Default)]

@@ -23,6 +23,8 @@ pub struct Prefix {
     order: Vec<u32>,
     /// Where each part that is in order ends.
     ends: Vec<usize>,
+    /// Points that are searched at most: the last part is a sample of its own, no piece of a curve.
+    limit: Option<usize>,
 }
 
 /// How many points are searched.
@@ -43,6 +45,7 @@ impl Prefix {
         while self.ends.len() <= k {
             let start = self.order.len();
             let end = (FIRST << self.ends.len().min(40)).min(places.len());
+            let end = self.limit.map_or(end, |limit| end.min(limit.max(start)));
             let part = along_curve(places.get(start..end).unwrap_or_default());
             self.order
                 .extend(part.into_iter().map(|i| i + start as u32));
@@ -71,21 +74,30 @@ impl Prefix {
         budget: Budget,
         mut search: impl FnMut(&[u32]) -> Result<SearchCounts>,
     ) -> Result<(SearchCounts, usize)> {
+        let limit = match budget {
+            Budget::Points(points) => Some(points),
+            Budget::Enough { .. } => None,
+        };
+        if limit != self.limit {
+            *self = Self {
+                limit,
+                ..Self::default()
+            };
+        }
         let (mut counts, mut searched) = (SearchCounts::default(), 0);
         for k in 0.. {
             let part = self.part(k, places);
-            let wanted = match budget {
-                Budget::Points(points) => points.saturating_sub(searched).min(part.len()),
+            let enough = match budget {
+                Budget::Points(_) => false,
                 Budget::Enough { mirror_pixels } => {
-                    let enough = counts.hits as f64 >= ENOUGH * mirror_pixels as f64;
-                    if enough { 0 } else { part.len() }
+                    counts.hits as f64 >= ENOUGH * mirror_pixels as f64
                 }
             };
-            if wanted == 0 {
+            if enough || part.is_empty() {
                 break;
             }
-            counts += search(&self.order[part.start..part.start + wanted])?;
-            searched += wanted;
+            searched += part.len();
+            counts += search(&self.order[part])?;
         }
         Ok((counts, searched))
     }
@@ -134,6 +146,14 @@ mod tests {
             all.iter().copied().eq(0..count as u32),
             "all, where nothing is found"
         );
+    }
+
+    #[test]
+    fn a_number_of_points_is_an_even_sample() {
+        // The cloud is its own order: the first points, not the first of a curve.
+        let mut some = searched(100_000, Budget::Points(FIRST + 1000), 1.0);
+        some.sort_unstable();
+        assert!(some.iter().copied().eq(0..FIRST as u32 + 1000));
     }
 
     #[test]
