@@ -4,6 +4,7 @@
 
 mod cancel;
 mod kernels;
+mod mirrors;
 mod pictures;
 mod support;
 
@@ -61,6 +62,15 @@ pub(crate) fn tests() -> Vec<Trial> {
         test(
             "one_flipped_value_of_a_picture_is_noticed",
             kernels::one_flipped_value_of_a_picture_is_noticed,
+        ),
+        test("mirrors_surfaces_agree", mirrors::surfaces_agree),
+        test(
+            "reflected_rays_agree_from_one_eye_and_from_many",
+            mirrors::reflected_rays_agree_from_one_eye_and_from_many,
+        ),
+        test(
+            "curvatures_are_equal_to_the_last_byte",
+            mirrors::curvatures_are_equal_to_the_last_byte,
         ),
         test("whole_pictures_agree", pictures::whole_pictures_agree),
         test("bands_do_not_show", pictures::bands_do_not_show),

@@ -21,25 +21,33 @@ use crate::job::Job;
 use crate::reflect::sscr::SscrSettings;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings};
 use crate::reflect::sscr::root_find::SearchCounts;
-use crate::reflect::{Hit, LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
+use crate::reflect::{LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
 use crate::timing::Timings;
 
+mod accumulate;
+mod blend;
 mod buffers;
+mod curvature;
 mod device;
 mod edl;
 mod fill;
+mod hits;
 mod kernel;
 mod layout;
-mod mirrors;
+mod mirror_pixels;
+mod pull_push;
+mod root_find;
 mod shade;
 mod shaders;
 mod smooth;
 mod splat;
 mod stamps;
+mod surface;
 mod windows;
 
 pub use buffers::{GpuGrid, GpuPoints};
 pub use device::{AdapterChoice, Device, GpuOptions};
+pub use hits::GpuHits;
 pub use layout::{GpuStruct, Layout};
 pub use shaders::{LAYOUTS, SHADERS, SHARED, Shader, link};
 
@@ -84,7 +92,7 @@ impl Gpu {
 impl Backend for Gpu {
     type Grid<T: Pod> = GpuGrid<T>;
     type Points = GpuPoints;
-    type Hits = Vec<Hit>;
+    type Hits = GpuHits;
 
     fn name(&self) -> &'static str {
         "gpu"
@@ -195,13 +203,13 @@ impl Backend for Gpu {
         settings: &SscrSettings,
         diagonal: f32,
         job: &Job,
-    ) -> Result<(Vec<Hit>, SearchCounts)> {
+    ) -> Result<(GpuHits, SearchCounts)> {
         self.run_root_find(points, mirrors, settings, diagonal, job)
     }
 
     fn accumulate(
         &mut self,
-        hits: &Vec<Hit>,
+        hits: &GpuHits,
         points: &GpuPoints,
         mirror: &mut MirrorGBuffer<Self>,
         settings: &SscrSettings,

@@ -22,7 +22,7 @@ use crate::reflect::{Hit, MirrorGBuffer};
 
 /// A ray that meets a surfel's plane at more than this many times the distance of the hit, or less than its inverse, takes
 /// that of the hit: it passes the plane too flatly to tell.
-const DEPTH_RANGE: f32 = 1.25;
+pub const DEPTH_RANGE: f32 = 1.25;
 
 /// Splats hits. Keeps its working memory between frames.
 #[derive(Debug, Default)]

@@ -14,6 +14,7 @@ mod settings;
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
 
+pub(crate) use mirror_pixels::around;
 pub use settings::{Distribution, Search, SscrSettings, Visibility};
 
 /// A region of homogeneous curvature.

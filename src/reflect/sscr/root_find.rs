@@ -20,7 +20,7 @@ use crate::reflect::{Hit, LabelledMirrors};
 
 /// Smallest step that is still taken, pixels. The mirror is known at pixel centres, so that shorter steps seldom lead
 /// anywhere; already at 1 the sphere loses four hits in ten, since the last bracket of two often forms below it.
-const SMALLEST_STEP: f32 = 0.5;
+pub const SMALLEST_STEP: f32 = 0.5;
 
 /// Points a task.
 const CHUNK: usize = 1 << 12;

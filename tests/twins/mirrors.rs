@@ -1,0 +1,160 @@
+//! The mirrors' kernels against their CPU twins.
+
+use catoptric::backend::Backend;
+use catoptric::backend::cpu::Cpu;
+use catoptric::backend::gpu::{Gpu, GpuOptions};
+use catoptric::camera::Pinhole;
+use catoptric::job::Job;
+use catoptric::reflect::sscr::curvature::{Axes, LhcSettings};
+use catoptric::reflect::{Eye, MirrorGBuffer, Surface};
+use glam::Vec4;
+
+use super::support::{assert_agree, bring, bring_gbuffer, difference, gpu, options, seen_by_cpu};
+
+/// The mirror ball of the small cloud, and its picture's pinhole.
+fn ball() -> (Surface<Cpu>, Pinhole) {
+    let seen = seen_by_cpu(true);
+    let surface = Surface::of(&seen);
+    assert!(surface.pixels() > 70, "{} mirror pixels", surface.pixels());
+    (surface, seen.pinhole)
+}
+
+/// The same, seen from a point of its own in every pixel.
+fn from_many_eyes(surface: Surface<Cpu>) -> Surface<Cpu> {
+    let mut eyes = surface.point.clone();
+    for (i, eye) in eyes.values_mut().iter_mut().enumerate() {
+        *eye += Vec4::new(0.1, 0.2 + 0.001 * i as f32, 1.5, 0.0);
+    }
+    Surface {
+        eye: Eye::PerPixel(eyes),
+        ..surface
+    }
+}
+
+/// A CPU's mirrors on the device.
+pub(super) fn bring_surface(gpu: &mut Gpu, surface: &Surface<Cpu>) -> Surface<Gpu> {
+    let size = surface.size;
+    Surface {
+        size,
+        point: bring(gpu, size, surface.point.values()),
+        normal: bring(gpu, size, surface.normal.values()),
+        eye: match &surface.eye {
+            Eye::Point(eye) => Eye::Point(*eye),
+            Eye::PerPixel(eyes) => Eye::PerPixel(bring(gpu, size, eyes.values())),
+        },
+    }
+}
+
+/// A CPU's mirror G-buffer on the device.
+pub(super) fn bring_mirror(gpu: &mut Gpu, mirror: &MirrorGBuffer<Cpu>) -> MirrorGBuffer<Gpu> {
+    let size = mirror.size();
+    MirrorGBuffer {
+        origin: bring(gpu, size, mirror.origin.values()),
+        direction: bring(gpu, size, mirror.direction.values()),
+        surface: bring(gpu, size, mirror.surface.values()),
+        albedo: bring(gpu, size, mirror.albedo.values()),
+        material: bring(gpu, size, mirror.material.values()),
+        region: bring(gpu, size, mirror.region.values()),
+        count: bring(gpu, size, mirror.count.values()),
+        level: bring(gpu, size, mirror.level.values()),
+    }
+}
+
+/// Asserts that two mirror G-buffers agree, but for `apart` pixels.
+pub(super) fn assert_mirrors_agree(
+    gpu: &mut Gpu,
+    got: MirrorGBuffer<Gpu>,
+    expected: &MirrorGBuffer<Cpu>,
+    tolerance: f32,
+) {
+    let got = got.take(gpu).expect("a mirror G-buffer");
+    for (what, got, expected) in [
+        ("origin", &got.origin, &expected.origin),
+        ("direction", &got.direction, &expected.direction),
+        ("surface", &got.surface, &expected.surface),
+        ("albedo", &got.albedo, &expected.albedo),
+        ("material", &got.material, &expected.material),
+    ] {
+        assert_agree(what, got.values(), expected.values(), tolerance);
+    }
+    assert_eq!(got.region, expected.region, "regions");
+    assert_eq!(got.count, expected.count, "counts");
+    assert_eq!(got.level, expected.level, "levels");
+}
+
+pub(super) fn surfaces_agree() {
+    let gpu = &mut gpu();
+    let seen = seen_by_cpu(true);
+    let expected = Surface::of(&seen);
+    let there = bring_gbuffer(gpu, &seen);
+    let got = gpu.surface(&there, &Job::default()).expect("mirrors");
+    let got = got.take(&mut **gpu).expect("mirrors");
+    assert!(matches!(got.eye, Eye::Point(eye) if eye == seen.pinhole.eye));
+    for (what, got, expected) in [
+        ("point", &got.point, &expected.point),
+        ("normal", &got.normal, &expected.normal),
+    ] {
+        assert_agree(what, got.values(), expected.values(), 1e-6);
+    }
+}
+
+pub(super) fn reflected_rays_agree_from_one_eye_and_from_many() {
+    let gpu = &mut gpu();
+    let mut many = Vec::new();
+    for surface in [ball().0, from_many_eyes(ball().0)] {
+        let expected = MirrorGBuffer::of(&surface);
+        let there = bring_surface(gpu, &surface);
+        let got = gpu
+            .reflected_rays(&there, &Job::default())
+            .expect("the rays");
+        assert_mirrors_agree(gpu, got, &expected, 1e-6);
+        many.push(expected);
+    }
+    let moved = difference(many[0].direction.values(), many[1].direction.values(), 1e-2);
+    assert!(moved.is_some(), "other eyes see other things");
+}
+
+/// Bytes of two curvature maps that differ.
+fn differing(a: &[u8], b: &[u8]) -> usize {
+    assert_eq!(a.len(), b.len(), "as many bytes");
+    a.iter().zip(b).filter(|(a, b)| a != b).count()
+}
+
+pub(super) fn curvatures_are_equal_to_the_last_byte() {
+    let mut banded = Gpu::new(&GpuOptions {
+        binding_limit: Some(1 << 13),
+        ..options()
+    })
+    .expect("a device");
+    let gpu = &mut gpu();
+    let (surface, pinhole) = ball();
+    for axes in [Axes::from(&pinhole), Axes::Way] {
+        let (settings, job) = (LhcSettings::default(), Job::default());
+        let expected = Cpu::default()
+            .curvature(&surface, axes, &settings, &job)
+            .expect("bytes")
+            .into_vec();
+        let kinds: std::collections::BTreeSet<_> = expected.iter().copied().collect();
+        assert!(kinds.len() > 4, "there is something to tell: {kinds:?}");
+        for gpu in [&mut **gpu, &mut banded] {
+            let there = bring_surface(gpu, &surface);
+            let got = gpu.curvature(&there, axes, &settings, &job).expect("bytes");
+            let got = gpu.read(&got).expect("bytes").into_owned();
+            // A graphics card may round a bend about the threshold to the other side.
+            let allowed = if gpu.device().is_software() {
+                0
+            } else {
+                expected.len() / 100
+            };
+            let wrong = differing(&got, &expected);
+            assert!(wrong <= allowed, "{axes:?}: {wrong} bytes differ");
+        }
+        let mut flipped = expected.clone();
+        flipped[400] ^= 1;
+        assert_eq!(
+            differing(&flipped, &expected),
+            1,
+            "a flipped bit is noticed"
+        );
+    }
+}
