@@ -4,12 +4,17 @@ use catoptric::backend::Backend;
 use catoptric::backend::cpu::Cpu;
 use catoptric::backend::gpu::{Gpu, GpuOptions};
 use catoptric::camera::Pinhole;
+use catoptric::gbuffer::GBuffer;
+use catoptric::grid::Grid;
 use catoptric::job::Job;
 use catoptric::reflect::sscr::curvature::{Axes, LhcSettings};
 use catoptric::reflect::{Eye, MirrorGBuffer, Surface};
 use glam::Vec4;
 
-use super::support::{assert_agree, bring, bring_gbuffer, difference, gpu, options, seen_by_cpu};
+use super::search;
+use super::support::{
+    assert_agree, bring, bring_gbuffer, difference, gpu, options, pinhole, seen_by_cpu,
+};
 
 /// The mirror ball of the small cloud, and its picture's pinhole.
 fn ball() -> (Surface<Cpu>, Pinhole) {
@@ -20,7 +25,7 @@ fn ball() -> (Surface<Cpu>, Pinhole) {
 }
 
 /// The same, seen from a point of its own in every pixel.
-fn from_many_eyes(surface: Surface<Cpu>) -> Surface<Cpu> {
+pub(super) fn from_many_eyes(surface: Surface<Cpu>) -> Surface<Cpu> {
     let mut eyes = surface.point.clone();
     for (i, eye) in eyes.values_mut().iter_mut().enumerate() {
         *eye += Vec4::new(0.1, 0.2 + 0.001 * i as f32, 1.5, 0.0);
@@ -60,7 +65,7 @@ pub(super) fn bring_mirror(gpu: &mut Gpu, mirror: &MirrorGBuffer<Cpu>) -> Mirror
     }
 }
 
-/// Asserts that two mirror G-buffers agree, but for `apart` pixels.
+/// Asserts that two mirror G-buffers agree.
 pub(super) fn assert_mirrors_agree(
     gpu: &mut Gpu,
     got: MirrorGBuffer<Gpu>,
@@ -157,4 +162,45 @@ pub(super) fn curvatures_are_equal_to_the_last_byte() {
             "a flipped bit is noticed"
         );
     }
+}
+
+pub(super) fn blending_agrees_with_light_and_without() {
+    let gpu = &mut gpu();
+    let shown = search::shown();
+    let size = shown.size();
+    let mut gbuffer = GBuffer::<Cpu>::empty(pinhole(size));
+    for (i, own) in gbuffer.albedo.values_mut().iter_mut().enumerate() {
+        let reflectance = if shown.origin.values()[i].w > 0.0 {
+            0.5 + 0.5 * (i % 7) as f32 / 6.0
+        } else {
+            0.0
+        };
+        *own = Vec4::new(0.2, 0.3, 0.4, reflectance);
+    }
+    let own = Grid::new(size, Vec4::new(0.1, 0.2, 0.05, 1.0));
+    let there = (bring_gbuffer(gpu, &gbuffer), bring_mirror(gpu, &shown));
+    let lit = Grid::new(size, Vec4::new(2.0, 1.0, 0.5, 1.0));
+    let lit_there = bring(gpu, size, lit.values());
+    let mut results = Vec::new();
+    for light in [true, false] {
+        let mut expected = own.clone();
+        let mut got = bring(gpu, size, own.values());
+        let job = Job::default();
+        Cpu::default()
+            .blend(&mut expected, &gbuffer, &shown, light.then_some(&lit), &job)
+            .expect("blended");
+        gpu.blend(
+            &mut got,
+            &there.0,
+            &there.1,
+            light.then_some(&lit_there),
+            &job,
+        )
+        .expect("blended");
+        let got = gpu.read(&got).expect("radiance").into_owned();
+        assert_agree("radiance", &got, expected.values(), 1e-6);
+        search::assert_differs(&got, own.values());
+        results.push(got);
+    }
+    search::assert_differs(&results[0], &results[1]);
 }

@@ -158,7 +158,7 @@ impl Gpu {
     ///
     /// # Errors
     /// As every stage.
-    pub fn accumulate(
+    pub fn sums(
         &mut self,
         points: &GpuPoints,
         pinhole: &Pinhole,
