@@ -8,6 +8,7 @@ use crate::gbuffer::average::Pixel;
 use crate::gbuffer::visibility::Sums;
 use crate::output::OutputKind;
 use crate::plan::{Plan, Stage};
+use crate::reflect::sscr::heat::HeatSums;
 use crate::settings::Settings;
 
 /// A value of a grid of vectors.
@@ -71,12 +72,17 @@ impl Rendering<'_> {
         } else {
             0
         };
+        let heat = if (self.outputs.iter()).any(|o| matches!(o, OutputKind::SearchHeat(_))) {
+            pixels * size_of::<HeatSums>() as u64
+        } else {
+            0
+        };
         let reflecting = if reflects { pixels * REFLECTING } else { 0 };
         let encoding = (self.outputs.iter())
             .map(|output| pixels * output.bytes_per_pixel())
             .max()
             .unwrap_or(0);
-        SPARE + frame + held + reflecting.max(encoding)
+        SPARE + frame + held + heat + reflecting.max(encoding)
     }
 
     /// [`crate::Error::Memory`] where the picture would not fit.

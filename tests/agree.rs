@@ -25,12 +25,24 @@ pub(crate) fn tests() -> Vec<Trial> {
 
 /// A delivered scene, thinned for speed.
 fn render(scene: &str, choice: &BackendChoice) -> Result<(Products, Vec<[u8; 4]>), Failed> {
+    render_with(scene, choice, &[])
+}
+
+/// The same with more settings.
+fn render_with(
+    scene: &str,
+    choice: &BackendChoice,
+    settings: &[(&str, &str)],
+) -> Result<(Products, Vec<[u8; 4]>), Failed> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("pointclouds/{scene}.toml"));
     let set = |key: &str, value: &str| Override::new(key, value, "the test");
-    let thinned = [
+    let mut thinned = vec![
         set("cloud.0.points", "300000")?,
         set("camera.size", "400x300")?,
     ];
+    for (key, value) in settings {
+        thinned.push(set(key, value)?);
+    }
     let scene = Scene::open(&file, &thinned)?;
     let job = Job::default();
     let loaded = scene.load(&job)?;
@@ -72,6 +84,22 @@ fn differing(a: &[[u8; 4]], b: &[[u8; 4]], mirror: impl Fn(usize) -> bool) -> us
         .count()
 }
 
+/// How near the reflected albedo is to the traced one where both show something, dB.
+fn psnr(products: &Products, traced: &Products) -> f64 {
+    let (Some(got), Some(expected)) = (&products.mirror, &traced.mirror) else {
+        return f64::NAN;
+    };
+    let (mut sum, mut count) = (0.0, 0.0);
+    for i in 0..got.albedo.values().len() {
+        if let (Some(a), Some(b)) = (got.at(i), expected.at(i)) {
+            let apart = (a.albedo - b.albedo).truncate();
+            sum += f64::from(apart.length_squared());
+            count += 3.0;
+        }
+    }
+    10.0 * (count / sum).log10()
+}
+
 fn agrees_on_both_backends(scene: &str) -> Result<(), Failed> {
     let (cpu, gpu) = (
         render(scene, &BackendChoice::Cpu)?,
@@ -86,17 +114,29 @@ fn agrees_on_both_backends(scene: &str) -> Result<(), Failed> {
     println!("{scene}: {off} pixels differ by more than 1 of 255");
     assert!(off <= most, "{off} pixels differ, and {most} may");
 
-    // What the mirrors show may differ where a flipped curvature reorders regions, but not by much on the whole.
-    let mean = |p: &Products| {
-        let seen = (0..p.radiance.values().len()).filter(|&i| mirror(i));
-        seen.map(|i| f64::from(p.radiance.values()[i].truncate().element_sum()))
-            .sum::<f64>()
-    };
-    let (a, b) = (mean(&cpu.0), mean(&gpu.0));
+    // The mirrors: nearly every pixel, and the quality beside the traced reference.
+    let seen = (0..cpu.1.len()).filter(|&i| mirror(i)).count();
+    let everywhere = differing(&cpu.1, &gpu.1, |_| false);
+    println!("{scene}: with mirrors {everywhere}, of {seen} mirror pixels");
     assert!(
-        (a / b - 1.0).abs() < 0.02,
-        "the mirrors' light differs: {a} and {b}"
+        (everywhere - off) * 100 <= seen,
+        "{everywhere} pixels differ"
     );
+    let traced = render_with(
+        scene,
+        &BackendChoice::Cpu,
+        &[("reflect.method", "ray_trace")],
+    )?
+    .0;
+    let quality = |p: &Products| psnr(p, &traced);
+    let (a, b) = (quality(&cpu.0), quality(&gpu.0));
+    println!("{scene}: reflected albedo {a:.3} dB on the CPU, {b:.3} dB on the GPU");
+    assert!((a - b).abs() <= 0.1, "{a} and {b} dB");
+
+    // The negative control: larger splats blur the mirrors by more than that.
+    let set = [("sscr.max_splat", "5")];
+    let blurred = quality(&render_with(scene, &BackendChoice::Gpu(None), &set)?.0);
+    assert!((a - blurred).abs() > 0.1, "{a} and, blurred, {blurred} dB");
 
     // The negative control: a picture two levels brighter in one row is noticed.
     let mut brighter = gpu.1.clone();

@@ -85,6 +85,10 @@ pub(crate) fn tests() -> Vec<Trial> {
             "searches_agree_in_every_distribution_and_from_many_eyes",
             search::searches_agree_in_every_distribution_and_from_many_eyes,
         ),
+        test(
+            "heats_are_equal_and_add_up_to_the_search",
+            search::heats_are_equal_and_add_up_to_the_search,
+        ),
         test("splatted_hits_agree", search::splatted_hits_agree),
         test(
             "a_hit_that_is_missing_is_noticed",

@@ -21,6 +21,7 @@ use crate::job::Job;
 use crate::reflect::sscr::SscrSettings;
 use crate::reflect::sscr::accumulate::Accumulator;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings, curvature};
+use crate::reflect::sscr::heat::{HeatSums, search_heat};
 use crate::reflect::sscr::root_find::{SearchCounts, root_find};
 use crate::reflect::{Hit, LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface, blend};
 use crate::timing::Timings;
@@ -169,6 +170,18 @@ impl Backend for Cpu {
     ) -> Result<(Vec<Hit>, SearchCounts)> {
         self.timings.time("root_find", || {
             root_find(points, mirrors, settings, diagonal, job)
+        })
+    }
+
+    fn search_heat(
+        &mut self,
+        points: &Arc<Surfels>,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>> {
+        self.timings.time("search_heat", || {
+            search_heat(points, mirrors, settings, job)
         })
     }
 

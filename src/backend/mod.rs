@@ -16,6 +16,7 @@ use crate::image::ImageSettings;
 use crate::job::Job;
 use crate::reflect::sscr::SscrSettings;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings};
+use crate::reflect::sscr::heat::HeatSums;
 use crate::reflect::sscr::root_find::SearchCounts;
 use crate::reflect::{LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
 use crate::timing::Timings;
@@ -137,6 +138,14 @@ pub trait Backend: Sized {
         diagonal: f32,
         job: &Job,
     ) -> Result<(Self::Hits, SearchCounts)>;
+    /// Pass `search_heat`: where those searches end, in main memory. Runs them once more; only where asked for.
+    fn search_heat(
+        &mut self,
+        points: &Self::Points,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>>;
     /// Pass `accumulate`: hits are splatted onto the mirrors, by depth, visibility and averaging.
     fn accumulate(
         &mut self,

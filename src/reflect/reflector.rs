@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use super::ray_trace::{RayTraceSettings, RayTracer};
+use super::sscr::LhcMap;
 use super::sscr::curvature::Axes;
+use super::sscr::heat::HeatSums;
 use super::sscr::lhc::Labeller;
 use super::sscr::root_find::SearchCounts;
 use super::{LabelledMirrors, Method, MirrorGBuffer, Surface};
@@ -11,6 +13,7 @@ use crate::backend::{Backend, Cloud};
 use crate::cloud::Surfels;
 use crate::error::Result;
 use crate::gbuffer::{GBuffer, SplatSettings};
+use crate::grid::Grid;
 use crate::job::Job;
 use crate::measure::BounceReport;
 use crate::settings::Settings;
@@ -50,14 +53,9 @@ impl Reflector {
         let mut mirror = backend.reflected_rays(&surface, job)?;
 
         // Regions: both methods note them.
-        let axes = Axes::from(&gbuffer.pinhole);
-        let cells = backend.curvature(&surface, axes, &settings.lhc, job)?;
-        let cells = backend.take(cells)?;
-        let labeller = &mut self.labeller;
-        let lhc = (backend.timings()).time("lhc", || labeller.lhc(&cells));
+        let lhc = self.label(backend, &surface, gbuffer, settings, job)?;
         let regions = lhc.regions.len() as u64;
         mirror.region = backend.write(lhc.labels.size(), lhc.labels.values())?;
-        job.check()?;
 
         let (mut counts, mut searched) = (SearchCounts::default(), None);
         match settings.reflect.method {
@@ -83,6 +81,47 @@ impl Reflector {
         let closed = backend.mirror_coverage(&mirror, job)?;
         let report = BounceReport::new(1, regions, counts, searched.unwrap_or(closed), closed);
         Ok((mirror, report))
+    }
+
+    /// Where the searches of [`Reflector::reflect`] end, to look at.
+    ///
+    /// # Errors
+    /// What the backend meets, [`crate::Error::Cancelled`].
+    pub fn search_heat<B: Backend>(
+        &mut self,
+        backend: &mut B,
+        cloud: &Cloud<B>,
+        gbuffer: &GBuffer<B>,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>> {
+        let surface = backend.surface(gbuffer, job)?;
+        let lhc = self.label(backend, &surface, gbuffer, settings, job)?;
+        let mirrors = LabelledMirrors {
+            surface: &surface,
+            labels: &backend.write(lhc.labels.size(), lhc.labels.values())?,
+            regions: &lhc.regions,
+            right: gbuffer.pinhole.right,
+        };
+        backend.search_heat(&cloud.points, &mirrors, &settings.sscr, job)
+    }
+
+    /// Regions of homogeneous curvature.
+    fn label<B: Backend>(
+        &mut self,
+        backend: &mut B,
+        surface: &Surface<B>,
+        gbuffer: &GBuffer<B>,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<&LhcMap> {
+        let axes = Axes::from(&gbuffer.pinhole);
+        let cells = backend.curvature(surface, axes, &settings.lhc, job)?;
+        let cells = backend.take(cells)?;
+        let labeller = &mut self.labeller;
+        let lhc = (backend.timings()).time("lhc", || labeller.lhc(&cells));
+        job.check()?;
+        Ok(lhc)
     }
 
     /// Traces the reflected rays, with a tree that is built where there is none for this cloud.

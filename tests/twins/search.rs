@@ -8,7 +8,9 @@ use catoptric::backend::cpu::Cpu;
 use catoptric::backend::gpu::{Gpu, GpuOptions};
 use catoptric::cloud::Surfels;
 use catoptric::cloud::generate::SceneName;
+use catoptric::grid::Grid;
 use catoptric::job::Job;
+use catoptric::reflect::sscr::heat::HeatSums;
 use catoptric::reflect::sscr::root_find::SearchCounts;
 use catoptric::reflect::sscr::{Distribution, LhcMap, SscrSettings, Visibility};
 use catoptric::reflect::{Hit, LabelledMirrors, MirrorGBuffer, Surface};
@@ -175,6 +177,65 @@ pub(super) fn searches_agree_in_every_distribution_and_from_many_eyes() {
         let other = (0..POINTS as u32).filter(|point| ours.get(point) != theirs.get(point));
         assert!(other.count() * 1000 <= POINTS * 3, "{settings:?}");
     }
+}
+
+/// Where searches end, on both backends.
+fn heats(gpu: &mut Gpu, s: &Searched, settings: &SscrSettings) -> (Grid<HeatSums>, Grid<HeatSums>) {
+    let job = Job::default();
+    let mirrors = LabelledMirrors::new(&s.surface, &s.lhc, Vec3::X);
+    let expected = Cpu::default()
+        .search_heat(&s.surfels, &mirrors, settings, &job)
+        .expect("the heat");
+    let surface = bring_surface(gpu, &s.surface);
+    let labels = bring(gpu, surface.size, s.lhc.labels.values());
+    let points = gpu.upload(&s.surfels).expect("points");
+    let mirrors = LabelledMirrors {
+        surface: &surface,
+        labels: &labels,
+        regions: &s.lhc.regions,
+        right: Vec3::X,
+    };
+    let got = gpu
+        .search_heat(&points, &mirrors, settings, &job)
+        .expect("the heat");
+    (got, expected)
+}
+
+pub(super) fn heats_are_equal_and_add_up_to_the_search() {
+    let gpu = &mut gpu();
+    let s = searched("torus", 0.0);
+    let settings = SscrSettings {
+        passes: 2,
+        ..SscrSettings::default()
+    };
+    let (got, expected) = heats(gpu, &s, &settings);
+    let apart = |a: &Grid<HeatSums>, b: &Grid<HeatSums>| {
+        let pairs = a.values().iter().zip(b.values());
+        pairs.filter(|(a, b)| a != b).count()
+    };
+    // A graphics card may round a step to the other side of a pixel's edge.
+    let software = gpu.device().is_software();
+    let allowed = if software { 0 } else { got.values().len() / 20 };
+    let wrong = apart(&got, &expected);
+    assert!(wrong <= allowed, "{wrong} pixels differ");
+
+    let (_, counts) = on_cpu(&s, &settings);
+    let sum = |of: fn(&HeatSums) -> u64| expected.values().iter().map(of).sum::<u64>();
+    let (found, lost) = (sum(|h| h.found.into()), sum(|h| h.lost.into()));
+    assert_eq!(found, counts.hit, "every point found ends in a pixel");
+    assert!(
+        lost > 0 && found + lost <= counts.offered,
+        "{lost} lost of {counts:?}"
+    );
+    assert!(sum(|h| h.steps) <= counts.steps, "steps of those found");
+    assert!(sum(|h| h.residual) > 0, "residuals");
+
+    let hasty = SscrSettings {
+        max_steps: 23,
+        ..settings
+    };
+    let (_, other) = heats(gpu, &s, &hasty);
+    assert!(apart(&other, &expected) > 50, "a step less is noticed");
 }
 
 /// A device whose bindings are so small that points, hits and sums need several bands.

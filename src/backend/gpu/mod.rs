@@ -20,6 +20,7 @@ use crate::image::ImageSettings;
 use crate::job::Job;
 use crate::reflect::sscr::SscrSettings;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings};
+use crate::reflect::sscr::heat::HeatSums;
 use crate::reflect::sscr::root_find::SearchCounts;
 use crate::reflect::{LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
 use crate::timing::Timings;
@@ -37,6 +38,7 @@ mod layout;
 mod mirror_pixels;
 mod pull_push;
 mod root_find;
+mod search_heat;
 mod shade;
 mod shaders;
 mod smooth;
@@ -205,6 +207,16 @@ impl Backend for Gpu {
         job: &Job,
     ) -> Result<(GpuHits, SearchCounts)> {
         self.run_root_find(points, mirrors, settings, diagonal, job)
+    }
+
+    fn search_heat(
+        &mut self,
+        points: &GpuPoints,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>> {
+        self.run_search_heat(points, mirrors, settings, job)
     }
 
     fn accumulate(

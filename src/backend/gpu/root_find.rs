@@ -4,7 +4,7 @@ use bytemuck::Zeroable;
 use glam::UVec2;
 
 use super::Gpu;
-use super::buffers::{Buffer, GpuPoints, STORAGE};
+use super::buffers::{Binding, Buffer, GpuPoints, STORAGE};
 use super::hits::GpuHits;
 use super::kernel::{POINT_GROUP, Pass, Threads};
 use super::layout::{gpu_layout, gpu_struct};
@@ -90,6 +90,18 @@ gpu_struct! {
     }
 }
 
+/// The regions of a picture, on the device.
+pub(super) struct RegionTable {
+    buffer: Buffer,
+    bytes: u64,
+}
+
+impl RegionTable {
+    pub(super) fn binding(&self) -> Binding {
+        self.buffer.first(self.bytes)
+    }
+}
+
 /// Light steps (of [`STEPS`]) that one step of a search is worth.
 const STEP_COST: u32 = 16;
 
@@ -161,7 +173,7 @@ pub(super) fn chunks(
 
 impl Gpu {
     /// The regions, as searches read them.
-    pub(super) fn region_table(&mut self, regions: &[sscr::Region]) -> Result<Buffer> {
+    pub(super) fn region_table(&mut self, regions: &[sscr::Region]) -> Result<RegionTable> {
         let rows: Vec<Region> = regions
             .iter()
             .map(|region| {
@@ -185,9 +197,12 @@ impl Gpu {
                 budget,
             });
         }
-        let table = self.pool.take("the mirrors' regions", needed, STORAGE)?;
-        table.upload(0, bytes)?;
-        Ok(table)
+        let buffer = self.pool.take("the mirrors' regions", needed, STORAGE)?;
+        buffer.upload(0, bytes)?;
+        Ok(RegionTable {
+            buffer,
+            bytes: needed,
+        })
     }
 
     /// Pass `root_find`.
@@ -205,9 +220,7 @@ impl Gpu {
             return Ok((hits, counts));
         }
         let pixels = self.mirror_pixels(mirrors, job)?;
-        let table = self.region_table(mirrors.regions)?;
-        let regions =
-            table.first(size_of_val(&Region::zeroed()) as u64 * mirrors.regions.len() as u64);
+        let regions = self.region_table(mirrors.regions)?;
         let kernel = self.kernels.get(&self.device, &ROOT_FIND)?;
         let limits = self.device.limits.clone();
         let most = GpuHits::band_limit(&limits);
@@ -257,7 +270,7 @@ impl Gpu {
                 let mut compute = pass
                     .compute(&kernel, &params)
                     .read(points.bands[*held].places())
-                    .read(regions.clone());
+                    .read(regions.binding());
                 for binding in pixels.bindings() {
                     compute = compute.read(binding);
                 }

@@ -27,6 +27,7 @@ use crate::reflect::sscr::accumulate::DEPTH_RANGE;
 use crate::reflect::sscr::curvature::{
     CONCAVE, CONVEX, MIN_STEP_SINE, PLANAR, X_STEP, Y_SHIFT, Y_STEP,
 };
+use crate::reflect::sscr::heat::{MAX_RESIDUAL, RESIDUAL_SCALE};
 use crate::reflect::sscr::mirror_error::SMALLEST_COSINE;
 use crate::reflect::sscr::root_find::SMALLEST_STEP;
 
@@ -158,6 +159,16 @@ shader! {
 }
 
 shader! {
+    /// Where the searches end.
+    SEARCH_HEAT = "search_heat", &[
+        POINT,
+        COSINE,
+        ("SMALLEST_STEP", SMALLEST_STEP as f64),
+        ("RESIDUAL_SCALE", RESIDUAL_SCALE as f64),
+        ("MAX_RESIDUAL", MAX_RESIDUAL as f64),
+    ]
+}
+shader! {
     /// The nearest hit of every mirror pixel, and how many there are.
     HIT_DEPTH = "hit_depth", &[POINT, RANGE]
 }
@@ -240,6 +251,7 @@ pub const SHADERS: &[Shader] = &[
     CURVATURE,
     MIRROR_PIXELS,
     ROOT_FIND,
+    SEARCH_HEAT,
     HIT_DEPTH,
     HIT_VISIBILITY,
     HIT_AVERAGE,

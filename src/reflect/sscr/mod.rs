@@ -4,6 +4,7 @@
 pub mod accumulate;
 pub mod curvature;
 pub mod distribute;
+pub mod heat;
 pub mod lhc;
 pub mod mirror_error;
 mod mirror_pixels;

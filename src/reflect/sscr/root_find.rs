@@ -75,8 +75,27 @@ pub struct Root {
 pub enum Outcome {
     /// The mirror shows it.
     Found(Root),
-    /// Not found after so many steps.
-    Lost(u32),
+    /// Not found.
+    Lost(End),
+}
+
+/// Where a search ended without finding its point.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct End {
+    /// Steps taken.
+    pub steps: u32,
+    /// The last place in the region, pixels; `None` where no place to start from was found.
+    pub pixel: Option<Vec2>,
+}
+
+impl Outcome {
+    /// Where the search ended, pixels; `None` where it did not begin.
+    pub fn pixel(&self) -> Option<Vec2> {
+        match self {
+            Self::Found(root) => Some(root.pixel),
+            Self::Lost(end) => end.pixel,
+        }
+    }
 }
 
 /// What a search came to.
@@ -114,6 +133,16 @@ pub struct RootFinder<'a> {
 struct Probe {
     at: Vec2,
     error: Vec2,
+}
+
+impl Probe {
+    /// The end of a search that got no further.
+    fn lost(&self, steps: u32) -> Outcome {
+        Outcome::Lost(End {
+            steps,
+            pixel: Some(self.at),
+        })
+    }
 }
 
 /// The search along one axis.
@@ -184,7 +213,7 @@ impl<'a> RootFinder<'a> {
             .checked_sub(1)
             .and_then(|k| self.regions.get(k as usize))
         else {
-            return Outcome::Lost(0);
+            return Outcome::Lost(End::default());
         };
         let probe = |at: Vec2| {
             let mirror = self.mirrors.at(at, region)?;
@@ -200,7 +229,7 @@ impl<'a> RootFinder<'a> {
             (0..=self.params.seed_attempts).find_map(|_| probe(random_pixel(bounds, &mut random)))
         };
         let (Some(mut first), Some(mut second)) = (seed(), seed()) else {
-            return Outcome::Lost(0);
+            return Outcome::Lost(End::default());
         };
         let extent = region_size(bounds).as_vec2() * self.params.initial_step;
         let along = |from: f32, to: f32, step: f32| Axis {
@@ -220,7 +249,7 @@ impl<'a> RootFinder<'a> {
             x.turn(first.error.x, second.error.x);
             y.turn(first.error.y, second.error.y);
             if steps == self.params.max_steps || x.step.max(y.step) < SMALLEST_STEP {
-                return Outcome::Lost(steps);
+                return second.lost(steps);
             }
             // A step that leaves the region is halved.
             let mut next = probe(second.at + step_of(x, y));
@@ -233,12 +262,12 @@ impl<'a> RootFinder<'a> {
                 next = probe(second.at + step_of(x, y));
             }
             let Some(next) = next else {
-                return Outcome::Lost(steps);
+                return second.lost(steps);
             };
             first = second;
             second = next;
         }
-        Outcome::Lost(self.params.max_steps)
+        second.lost(self.params.max_steps)
     }
 
     /// The root between two places, unless the point lies behind the mirror there, or belongs to it.
@@ -263,12 +292,12 @@ impl<'a> RootFinder<'a> {
             .at(pixel, region)
             .or_else(|| self.mirrors.at(b, region));
         let Some(mirror) = mirror else {
-            return Outcome::Lost(steps);
+            return second.lost(steps);
         };
         let to_point = point - mirror.position;
         let distance = to_point.length();
         if mirror.normal.dot(to_point) <= 0.0 || distance < self.params.self_hit * mirror.spacing {
-            return Outcome::Lost(steps);
+            return second.lost(steps);
         }
         Outcome::Found(Root {
             pixel,
@@ -317,7 +346,7 @@ impl<'a> RootFinder<'a> {
                                 reach: Vec2::splat(reach_at(root.distance)),
                             });
                         }
-                        Outcome::Lost(steps) => counts.steps += u64::from(steps),
+                        Outcome::Lost(end) => counts.steps += u64::from(end.steps),
                     }
                 }
                 Ok((hits, counts))
