@@ -8,7 +8,7 @@ use crate::reflect::sscr::heat::HeatSums;
 
 /// Share of the pixels that show something up to which the colours tell values apart: single hot ones would darken all
 /// others.
-const BRIGHTEST: f64 = 0.99;
+const BRIGHTEST: f64 = 0.95;
 
 /// From little to much, of even steps to the eye also in grey: viridis [van der Walt and Smith 2015], nine of its colours,
 /// sRGB.
@@ -38,7 +38,7 @@ pub fn search_heat(heat: &Grid<HeatSums>) -> ExrImage {
     image
 }
 
-/// Three pictures side by side: steps, misses and residual, from dark (0) to bright (what 99 in 100 pixels stay below).
+/// Three pictures side by side: steps, misses and residual, from dark (0) to bright (what 95 in 100 pixels stay below).
 /// Black is where no search ended, or, of steps and residual, where none found its point.
 pub fn search_heat_picture(heat: &Grid<HeatSums>) -> Grid<[u8; 4]> {
     let found = |sums: &HeatSums| sums.found > 0;
