@@ -26,7 +26,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if !s.seen {
         return;
     }
-    let offset = params.depth_offset * s.place.w;
     for (var y = s.first.y; y < s.end.y; y++) {
         for (var x = s.first.x; x < s.end.x; x++) {
             let pixel = y * params.size.x + x - params.first_pixel;
@@ -37,13 +36,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let nearest = ~atomicLoad(&fronts[pixel * 3u]);
             let own = hit_key(s, f);
             let front = key_depth(nearest);
-            let near = key_class(own) == key_class(nearest) && f.distance - front <= offset;
+            let near = key_class(own) == key_class(nearest) && f.distance - front <= f.tolerance;
             if !select(near, own == nearest, params.nearest == 1u) {
                 continue;
             }
             let scale = f.weight * sum_scale(atomicLoad(&fronts[pixel * 3u + 1u]));
             let behind = min((f.distance - front) / front, 1.0);
-            let radius = min(s.place.w / front, 1.0);
+            let radius = min(s.radius / front, 1.0);
             add_surfel(pixel, attributes(s.finish, f.behind), scale, behind, radius);
             atomicAdd(&fronts[pixel * 3u + 2u], 1u);
         }

@@ -68,7 +68,13 @@ impl Rendering<'_> {
         };
         let reflects = self.plan.runs(Stage::Reflect, true);
         let held = if reflects || self.outputs.contains(&OutputKind::MirrorGBuffer) {
-            pixels * MIRROR
+            // A software device holds the mirrors where the products are, too.
+            let copies = if grids == GridsIn::SoftwareDevice {
+                2
+            } else {
+                1
+            };
+            copies * pixels * MIRROR
         } else {
             0
         };

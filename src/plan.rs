@@ -141,7 +141,7 @@ impl Plan {
     /// Asks for [`Stage::SearchHeat`].
     ///
     /// # Errors
-    /// [`crate::Error::Setting`] where mirrors are not searched.
+    /// [`crate::Error::Setting`] where that search does not run.
     pub fn ask_for_search_heat(&mut self, settings: &Settings) -> Result<()> {
         require_search(settings)?;
         let reflects = self.runs(Stage::Reflect, true);

@@ -15,9 +15,14 @@ pub(crate) fn tests() -> Vec<Trial> {
         "agree::one_thread_and_two_draw_the_same_bytes",
         one_thread_and_two_draw_the_same_bytes,
     )];
-    for scene in ["sphere", "multi", "plane"] {
-        let name = format!("agree::{scene}_agrees_on_both_backends");
-        let test = move || agrees_on_both_backends(scene);
+    for (scene, search) in [
+        ("sphere", "interleaved"),
+        ("sphere", "guided"),
+        ("multi", "guided"),
+        ("plane", "interleaved"),
+    ] {
+        let name = format!("agree::{scene}_{search}_agrees_on_both_backends");
+        let test = move || agrees_on_both_backends(scene, search);
         trials.push(Trial::test(name, test).with_ignored_flag(gpu_is_missing()));
     }
     trials
@@ -100,10 +105,11 @@ fn psnr(products: &Products, traced: &Products) -> f64 {
     10.0 * (count / sum).log10()
 }
 
-fn agrees_on_both_backends(scene: &str) -> Result<(), Failed> {
+fn agrees_on_both_backends(scene: &str, search: &str) -> Result<(), Failed> {
+    let searched = [("sscr.search", search)];
     let (cpu, gpu) = (
-        render(scene, &BackendChoice::Cpu)?,
-        render(scene, &BackendChoice::Gpu(None))?,
+        render_with(scene, &BackendChoice::Cpu, &searched)?,
+        render_with(scene, &BackendChoice::Gpu(None), &searched)?,
     );
     let mirror = |i: usize| {
         let of = |p: &Products| p.gbuffer.albedo.values().get(i).is_some_and(|a| a.w > 0.0);
@@ -111,13 +117,13 @@ fn agrees_on_both_backends(scene: &str) -> Result<(), Failed> {
     };
     let most = cpu.1.len() / 10_000;
     let off = differing(&cpu.1, &gpu.1, mirror);
-    println!("{scene}: {off} pixels differ by more than 1 of 255");
+    println!("{scene}, {search}: {off} pixels differ by more than 1 of 255");
     assert!(off <= most, "{off} pixels differ, and {most} may");
 
     // The mirrors: nearly every pixel, and the quality beside the traced reference.
     let seen = (0..cpu.1.len()).filter(|&i| mirror(i)).count();
     let everywhere = differing(&cpu.1, &gpu.1, |_| false);
-    println!("{scene}: with mirrors {everywhere}, of {seen} mirror pixels");
+    println!("{scene}, {search}: with mirrors {everywhere}, of {seen} mirror pixels");
     assert!(
         (everywhere - off) * 100 <= seen,
         "{everywhere} pixels differ"
@@ -130,12 +136,16 @@ fn agrees_on_both_backends(scene: &str) -> Result<(), Failed> {
     .0;
     let quality = |p: &Products| psnr(p, &traced);
     let (a, b) = (quality(&cpu.0), quality(&gpu.0));
-    println!("{scene}: reflected albedo {a:.3} dB on the CPU, {b:.3} dB on the GPU");
+    println!("{scene}, {search}: reflected albedo {a:.3} dB on the CPU, {b:.3} dB on the GPU");
     assert!((a - b).abs() <= 0.1, "{a} and {b} dB");
 
-    // The negative control: larger splats blur the mirrors by more than that.
-    let set = [("sscr.max_splat", "5")];
-    let blurred = quality(&render_with(scene, &BackendChoice::Gpu(None), &set)?.0);
+    // The negative control: larger splats or fewer points blur the mirrors by more than that.
+    let fewer = [
+        ("sscr.search", search),
+        ("sscr.max_splat", "5"),
+        ("sscr.points_per_pixel", "2"),
+    ];
+    let blurred = quality(&render_with(scene, &BackendChoice::Gpu(None), &fewer)?.0);
     assert!((a - blurred).abs() > 0.1, "{a} and, blurred, {blurred} dB");
 
     // The negative control: a picture two levels brighter in one row is noticed.

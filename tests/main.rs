@@ -16,8 +16,10 @@ mod cameras;
 mod cli;
 mod clouds;
 mod evenness;
+mod extremes;
 mod forms;
 mod generate;
+mod guided;
 mod hostile;
 mod ideal;
 mod limits;
@@ -30,12 +32,17 @@ mod program;
 mod ray_trace;
 mod regions;
 mod render;
+mod rendered;
 mod root_find;
 mod roots;
 mod scene;
+mod searched;
 mod shaders;
+mod shown;
 mod splats;
+mod splatted;
 mod support;
+mod trends;
 mod truth;
 mod twins;
 
@@ -48,7 +55,9 @@ fn main() {
         cli::tests(),
         clouds::tests(),
         evenness::tests(),
+        extremes::tests(),
         generate::tests(),
+        guided::tests(),
         hostile::tests(),
         limits::tests(),
         mesh::tests(),
@@ -57,12 +66,16 @@ fn main() {
         overrides::tests(),
         regions::tests(),
         render::tests(),
+        rendered::tests(),
         ray_trace::tests(),
         root_find::tests(),
         roots::tests(),
         scene::tests(),
         shaders::tests(),
+        shown::tests(),
+        splatted::tests(),
         splats::tests(),
+        trends::tests(),
         truth::tests(),
         twins::tests(),
     ]

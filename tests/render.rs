@@ -50,7 +50,7 @@ pub(crate) fn tests() -> Vec<Trial> {
 fn the_heat_of_the_search() {
     let folder = room();
     let at = |name: &str| folder.path().join(name);
-    let render = "render room.toml --backend cpu";
+    let render = "render room.toml --backend cpu --set sscr.search=interleaved";
     done(folder.path(), &format!("{render} -o plain.png"));
     done(
         folder.path(),
@@ -103,6 +103,11 @@ fn the_heat_of_the_search() {
             "--set reflect.method=ray_trace --search-heat h.exr",
             2,
             "sscr",
+        ),
+        (
+            "--set sscr.search=guided --search-heat h.exr",
+            2,
+            "interleaved",
         ),
         ("--search-heat h.jpg", 2, ".png or .exr"),
         ("-o h.exr --search-heat h.exr", 2, "both write"),

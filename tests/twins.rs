@@ -89,7 +89,12 @@ pub(crate) fn tests() -> Vec<Trial> {
             "heats_are_equal_and_add_up_to_the_search",
             search::heats_are_equal_and_add_up_to_the_search,
         ),
+        test(
+            "one_changed_pixel_of_a_mirror_is_noticed",
+            mirrors::one_changed_pixel_of_a_mirror_is_noticed,
+        ),
         test("splatted_hits_agree", search::splatted_hits_agree),
+        test("splatted_discs_agree", search::splatted_discs_agree),
         test(
             "a_hit_that_is_missing_is_noticed",
             search::a_hit_that_is_missing_is_noticed,

@@ -7,7 +7,11 @@ struct HitParams {
     end_hit: u32,
     band_start: u32,        // number of the point band's first point in the cloud
     band_points: u32,       // in the band
-    depth_offset: f32,      // over the local spacing
-    nearest: u32,           // 1: only the nearest is visible; 0: also what lies `depth_offset` behind
-    pad: u32,
+    nearest: u32,           // 1: only the nearest is visible; 0: also what lies a little behind
+    depth_offset: f32,      // how little, over the local spacing
+    disc: f32,              // half width of a splat's disc over its radius; 0: splats are squares of the hit's reach
+    own_layer: f32,         // points of mirrors nearer before a mirror are its own; over the local spacing
+    enlarged: f32,          // how much larger surfels are drawn
+    pad0: u32,
+    pad1: u32,
 }

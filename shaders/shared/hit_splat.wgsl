@@ -8,6 +8,9 @@
 #import depth_key
 
 override DEPTH_RANGE: f32;
+override LARGEST_REACH: f32;            // pixels
+override EDGE_ON_COSINE_SQUARED: f32;
+override MAX_TOLERANCE_SLOPE: f32;
 
 struct HitSplat {
     seen: bool,
@@ -17,6 +20,7 @@ struct HitSplat {
     pixel: vec2f,
     reach: vec2f,
     distance: f32,
+    radius: f32,        // of the surfel as it is drawn
     region: u32,
     first: vec2u,       // pixels that it may cover
     end: vec2u,
@@ -27,6 +31,7 @@ struct HitFragment {
     distance: f32,
     weight: f32,
     behind: bool,       // the surfel is seen from behind
+    tolerance: f32,     // how far behind the nearest it may lie and still be averaged with it
 }
 
 fn cut(v: f32, limit: u32) -> u32 {
@@ -43,47 +48,91 @@ fn hit_span(at: f32, reach: f32, size: u32) -> vec2u {
 
 fn hit_splat(hit: Hit) -> HitSplat {
     var s: HitSplat;
-    let columns = hit_span(hit.pixel.x, hit.reach.x, params.size.x);
-    let rows = hit_span(hit.pixel.y, hit.reach.y, params.size.y);
+    var reach = hit.reach;
+    if params.disc > 0.0 {
+        // What is not a number, where the mirror's picture folds, is as large as can be.
+        reach *= params.enlarged;
+        reach = select(vec2f(LARGEST_REACH), reach, reach < vec2f(LARGEST_REACH));
+    }
+    let columns = hit_span(hit.pixel.x, reach.x, params.size.x);
+    let rows = hit_span(hit.pixel.y, reach.y, params.size.y);
     s.first = vec2u(columns.x, max(rows.x, params.rows.x));
     s.end = vec2u(columns.y, min(rows.y, params.rows.y));
     let point = hit.point - params.band_start;
     if hit.point < params.band_start || point >= params.band_points || any(s.first >= s.end) {
         return s;
     }
-    // The window's bindings hold the pixel of every splat that reaches into it.
-    let at = vec2u(hit.pixel);
-    s.region = region[at.y * params.size.x + at.x - params.first_pixel];
-    s.seen = s.region != 0u;
+    s.seen = true;
+    if params.disc <= 0.0 {
+        // The window's bindings hold the pixel of every square that reaches into it.
+        let at = vec2u(hit.pixel);
+        s.region = region[at.y * params.size.x + at.x - params.first_pixel];
+        s.seen = s.region != 0u;
+    }
     s.place = places[point];
     s.finish = finishes[point];
     s.normal = finish_normal(s.finish);
     s.pixel = hit.pixel;
-    s.reach = hit.reach;
+    s.reach = reach;
+    s.radius = s.place.w * params.enlarged;
     s.distance = hit.distance;
     return s;
 }
 
-// A splat's part in the pixel at column `x`, row `y`, which the bindings hold at `pixel`.
-fn hit_fragment(s: HitSplat, x: u32, y: u32, pixel: u32) -> HitFragment {
+// Where the ray of a pixel meets the surfel's disc.
+fn disc_fragment(s: HitSplat, to_surfel: vec3f, towards: vec3f) -> HitFragment {
     var f: HitFragment;
-    if region[pixel] != s.region {
-        return f;
-    }
-    let towards = direction[pixel].xyz;
-    let to_surfel = s.place.xyz - origin[pixel].xyz;
+    let cosine = dot3(s.normal, towards);
+    f.distance = dot3(s.normal, to_surfel) / cosine;
+    let half = params.disc * s.radius;
+    let from_surfel = towards * f.distance - to_surfel;
+    let off = dot3(from_surfel, from_surfel) / (half * half);
+    // What is not a number fails.
+    let met = off <= 1.0 && f.distance > 0.0 && cosine * cosine >= EDGE_ON_COSINE_SQUARED;
+    // A ray leaves the mirror's own layer of points from their backs.
+    let layer = params.own_layer * s.radius;
+    let own = finish_mirror(s.finish) > 0.0 && cosine > 0.0 && f.distance * cosine <= layer;
+    let slope = min(sqrt(max(1.0 / (cosine * cosine) - 1.0, 0.0)), MAX_TOLERANCE_SLOPE);
+    f.covered = met && !own;
+    f.weight = weight(off);
+    f.behind = cosine > 0.0;
+    f.tolerance = s.radius * (params.depth_offset + slope);
+    return f;
+}
+
+// A part of the hit's square: it counts the less the farther off the surfel the pixel's ray passes.
+fn square_fragment(s: HitSplat, to_surfel: vec3f, towards: vec3f, centre: vec2f) -> HitFragment {
+    var f: HitFragment;
     let along = dot3(s.normal, to_surfel);
     let met = along / dot3(s.normal, towards);
     let near = met > s.distance / DEPTH_RANGE && met < s.distance * DEPTH_RANGE;
     f.distance = select(s.distance, met, near);
     let from_surfel = towards * f.distance - to_surfel;
-    let aside = sqrt(dot3(from_surfel, from_surfel)) / s.place.w;
-    let from_centre = (vec2f(f32(x) + 0.5, f32(y) + 0.5) - s.pixel) / s.reach;
+    let aside = sqrt(dot3(from_surfel, from_surfel)) / s.radius;
+    let from_centre = (centre - s.pixel) / s.reach;
     let t = 0.5 * (from_centre.x * from_centre.x + from_centre.y * from_centre.y);
+    f.covered = true;
     f.weight = weight(min(t, 1.0)) / (1.0 + aside * aside);
     f.behind = along > 0.0;
-    f.covered = true;
+    f.tolerance = params.depth_offset * s.radius;
     return f;
+}
+
+// A splat's part in the pixel at column `x`, row `y`, which the bindings hold at `pixel`.
+fn hit_fragment(s: HitSplat, x: u32, y: u32, pixel: u32) -> HitFragment {
+    let from_mirror = origin[pixel];
+    if from_mirror.w <= 0.0 {
+        return HitFragment();
+    }
+    let to_surfel = s.place.xyz - from_mirror.xyz;
+    let towards = direction[pixel].xyz;
+    if params.disc > 0.0 {
+        return disc_fragment(s, to_surfel, towards);
+    }
+    if region[pixel] != s.region {
+        return HitFragment();
+    }
+    return square_fragment(s, to_surfel, towards, vec2f(f32(x) + 0.5, f32(y) + 0.5));
 }
 
 fn hit_key(s: HitSplat, f: HitFragment) -> u32 {

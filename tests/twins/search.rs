@@ -8,13 +8,14 @@ use catoptric::backend::cpu::Cpu;
 use catoptric::backend::gpu::{Gpu, GpuOptions};
 use catoptric::cloud::Surfels;
 use catoptric::cloud::generate::SceneName;
+use catoptric::gbuffer::SplatSettings;
 use catoptric::grid::Grid;
 use catoptric::job::Job;
 use catoptric::reflect::sscr::heat::HeatSums;
 use catoptric::reflect::sscr::root_find::SearchCounts;
-use catoptric::reflect::sscr::{Distribution, LhcMap, SscrSettings, Visibility};
+use catoptric::reflect::sscr::{Distribution, LhcMap, Search, Splatting, SscrSettings, Visibility};
 use catoptric::reflect::{Hit, LabelledMirrors, MirrorGBuffer, Surface};
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use super::mirrors::{assert_mirrors_agree, bring_mirror, bring_surface, from_many_eyes};
 use super::support::{bring, difference, gpu, options};
@@ -26,6 +27,19 @@ const POINTS: usize = 100_000;
 
 /// Diagonal of the scenes' room, about.
 const DIAGONAL: f32 = 5.0;
+
+/// The search that runs on the device.
+fn interleaved() -> SscrSettings {
+    SscrSettings {
+        search: Search::Interleaved,
+        ..SscrSettings::default()
+    }
+}
+
+/// How its hits become splats.
+fn squares(settings: &SscrSettings) -> Splatting {
+    settings.splatting(&SplatSettings::default(), POINTS, POINTS)
+}
 
 /// The mirrors of a scene, exact but for a turn of all normals by so many degrees, their regions, and its cloud.
 pub(super) struct Searched {
@@ -110,7 +124,7 @@ pub(super) fn searches_agree_on_hit_miss_and_place() {
     let gpu = &mut gpu();
     for scene in ["sphere", "torus", "blob"] {
         let s = searched(scene, 0.0);
-        let settings = SscrSettings::default();
+        let settings = interleaved();
         let (expected, expected_counts) = on_cpu(&s, &settings);
         let (got, counts) = on_gpu(gpu, &s, &settings);
         let agreement = agreement(&got, &expected);
@@ -131,7 +145,7 @@ pub(super) fn searches_agree_on_hit_miss_and_place() {
 
 pub(super) fn a_mirror_turned_by_a_tenth_of_a_degree_is_noticed() {
     let gpu = &mut gpu();
-    let settings = SscrSettings::default();
+    let settings = interleaved();
     let (expected, _) = on_cpu(&searched("sphere", 0.0), &settings);
     let (got, _) = on_gpu(gpu, &searched("sphere", 0.1), &settings);
     let agreement = agreement(&got, &expected);
@@ -142,17 +156,13 @@ pub(super) fn searches_agree_in_every_distribution_and_from_many_eyes() {
     let gpu = &mut gpu();
     let several = SscrSettings {
         passes: 3,
-        ..SscrSettings::default()
+        ..interleaved()
     };
     let uniform = SscrSettings {
         distribution: Distribution::Uniform,
         ..several.clone()
     };
-    for (settings, many) in [
-        (several, false),
-        (uniform, false),
-        (SscrSettings::default(), true),
-    ] {
+    for (settings, many) in [(several, false), (uniform, false), (interleaved(), true)] {
         let mut s = searched("torus", 0.0);
         if many {
             s.surface = from_many_eyes(s.surface);
@@ -206,7 +216,7 @@ pub(super) fn heats_are_equal_and_add_up_to_the_search() {
     let s = searched("torus", 0.0);
     let settings = SscrSettings {
         passes: 2,
-        ..SscrSettings::default()
+        ..interleaved()
     };
     let (got, expected) = heats(gpu, &s, &settings);
     let apart = |a: &Grid<HeatSums>, b: &Grid<HeatSums>| {
@@ -253,12 +263,12 @@ fn splatted(
     s: &Searched,
     mirror: &MirrorGBuffer<Cpu>,
     hits: &[Hit],
-    settings: &SscrSettings,
+    splatting: &Splatting,
 ) -> MirrorGBuffer<Gpu> {
     let points = gpu.upload(&s.surfels).expect("points");
     let hits = gpu.write_hits(hits).expect("hits");
     let mut there = bring_mirror(gpu, mirror);
-    gpu.accumulate(&hits, &points, &mut there, settings, &Job::default())
+    gpu.accumulate(&hits, &points, &mut there, splatting, &Job::default())
         .expect("splatted");
     there
 }
@@ -268,6 +278,30 @@ pub(super) fn unseen(s: &Searched) -> MirrorGBuffer<Cpu> {
     let mut mirror = MirrorGBuffer::of(&s.surface);
     mirror.region = s.lhc.labels.clone();
     mirror
+}
+
+/// Asserts that both backends splat hits alike, and returns what the mirrors show.
+fn assert_splats_agree(
+    gpu: &mut Gpu,
+    s: &Searched,
+    hits: &[Hit],
+    splatting: &Splatting,
+) -> MirrorGBuffer<Cpu> {
+    let mut expected = unseen(s);
+    let got = splatted(gpu, s, &expected, hits, splatting);
+    Cpu::default()
+        .accumulate(
+            &hits.to_vec(),
+            &s.surfels,
+            &mut expected,
+            splatting,
+            &Job::default(),
+        )
+        .expect("splatted");
+    let shown = expected.coverage();
+    assert!(shown.covered * 2 > shown.pixels, "{shown:?}");
+    assert_mirrors_agree(gpu, got, &expected, 2e-5);
+    expected
 }
 
 pub(super) fn splatted_hits_agree() {
@@ -281,29 +315,52 @@ pub(super) fn splatted_hits_agree() {
         let settings = SscrSettings {
             visibility,
             max_splat,
-            ..SscrSettings::default()
+            ..interleaved()
         };
         let (hits, _) = on_cpu(&s, &settings);
-        let mut expected = unseen(&s);
-        let got = splatted(gpu, &s, &expected, &hits, &settings);
-        Cpu::default()
-            .accumulate(&hits, &s.surfels, &mut expected, &settings, &Job::default())
-            .expect("splatted");
-        let shown = expected.coverage();
-        assert!(shown.covered * 2 > shown.pixels, "{shown:?}");
-        assert_mirrors_agree(gpu, got, &expected, 2e-5);
+        assert_splats_agree(gpu, &s, &hits, &squares(&settings));
     }
+}
+
+pub(super) fn splatted_discs_agree() {
+    let gpu = &mut gpu();
+    let s = searched("sphere", 0.0);
+    let (mut hits, _) = on_cpu(&s, &interleaved());
+    // Where a mirror's picture folds a reach may be infinite, or no number.
+    for (i, hit) in hits.iter_mut().enumerate() {
+        hit.reach = match i % 1000 {
+            0 => Vec2::splat(f32::INFINITY),
+            1 => Vec2::new(f32::NAN, 3.0),
+            _ => hit.reach * 2.5,
+        };
+    }
+    let discs = |enlarged| Splatting {
+        visibility: Visibility::Accumulate,
+        depth_offset: 2.0,
+        disc: Some(1.5),
+        own_layer: 5.0,
+        enlarged,
+    };
+    let small = assert_splats_agree(gpu, &s, &hits, &discs(1.2));
+    let large = assert_splats_agree(gpu, &s, &hits, &discs(2.5));
+    assert_differs(small.albedo.values(), large.albedo.values());
 }
 
 pub(super) fn a_hit_that_is_missing_is_noticed() {
     let gpu = &mut gpu();
     let s = searched("sphere", 0.0);
-    let settings = SscrSettings::default();
+    let settings = interleaved();
     let (hits, _) = on_cpu(&s, &settings);
     let mut expected = unseen(&s);
-    let got = splatted(gpu, &s, &expected, &hits[1..], &settings);
+    let got = splatted(gpu, &s, &expected, &hits[1..], &squares(&settings));
     Cpu::default()
-        .accumulate(&hits, &s.surfels, &mut expected, &settings, &Job::default())
+        .accumulate(
+            &hits,
+            &s.surfels,
+            &mut expected,
+            &squares(&settings),
+            &Job::default(),
+        )
         .expect("splatted");
     let got = got.take(&mut **gpu).expect("a mirror G-buffer");
     assert_ne!(got.count, expected.count, "one hit less");
@@ -312,14 +369,14 @@ pub(super) fn a_hit_that_is_missing_is_noticed() {
 pub(super) fn bands_of_hits_do_not_show() {
     let (whole, banded) = (&mut gpu(), &mut banded());
     let s = searched("sphere", 0.0);
-    let settings = SscrSettings::default();
+    let settings = interleaved();
     let one = on_gpu(whole, &s, &settings);
     let many = on_gpu(banded, &s, &settings);
     assert_eq!(one, many, "the hits");
     let mirror = unseen(&s);
-    let got = splatted(whole, &s, &mirror, &one.0, &settings);
+    let got = splatted(whole, &s, &mirror, &one.0, &squares(&settings));
     let one = got.take(&mut **whole).expect("a mirror G-buffer");
-    let got = splatted(banded, &s, &mirror, &many.0, &settings);
+    let got = splatted(banded, &s, &mirror, &many.0, &squares(&settings));
     let many = got.take(banded).expect("a mirror G-buffer");
     assert_eq!(one.surface, many.surface, "surfaces");
     assert_eq!(one.albedo, many.albedo, "albedos");
@@ -331,12 +388,18 @@ fn with_holes() -> MirrorGBuffer<Cpu> {
     let s = searched("sphere", 0.0);
     let settings = SscrSettings {
         max_splat: 1.0,
-        ..SscrSettings::default()
+        ..interleaved()
     };
     let (hits, _) = on_cpu(&s, &settings);
     let mut mirror = unseen(&s);
     Cpu::default()
-        .accumulate(&hits, &s.surfels, &mut mirror, &settings, &Job::default())
+        .accumulate(
+            &hits,
+            &s.surfels,
+            &mut mirror,
+            &squares(&settings),
+            &Job::default(),
+        )
         .expect("splatted");
     mirror
 }
@@ -393,7 +456,7 @@ pub(super) fn mirrors_that_cannot_be_searched_are_a_sentence() {
         regions: &s.lhc.regions,
         right: Vec3::X,
     };
-    let settings = SscrSettings::default();
+    let settings = interleaved();
     let error = small
         .root_find(&points, &mirrors, &settings, DIAGONAL, &Job::default())
         .err()

@@ -14,7 +14,8 @@ use crate::error::Result;
 use crate::gbuffer::visibility::Sums;
 use crate::job::Job;
 use crate::reflect::MirrorGBuffer;
-use crate::reflect::sscr::{SscrSettings, Visibility};
+use crate::reflect::sscr::accumulate::LARGEST_REACH;
+use crate::reflect::sscr::{Splatting, Visibility};
 
 gpu_struct! {
     /// What one dispatch over hits works on.
@@ -33,11 +34,20 @@ gpu_struct! {
         band_start: u32,
         /// Points of the band.
         band_points: u32,
-        /// Over the local spacing.
-        depth_offset: f32,
-        /// 1 where only the nearest is visible, 0 where also what lies `depth_offset` behind.
+        /// 1 where only the nearest is visible, 0 where also what lies a little behind.
         nearest: u32,
-        pad: u32,
+        /// How little, over the local spacing.
+        depth_offset: f32,
+        /// Half width of a splat's disc over its radius; 0 where splats are squares of the hit's reach.
+        disc: f32,
+        /// Points of mirrors nearer before a mirror are its own; over the local spacing.
+        own_layer: f32,
+        /// How much larger surfels are drawn.
+        enlarged: f32,
+        /// The struct's size is a multiple of 8.
+        pad0: u32,
+        /// As `pad0`.
+        pad1: u32,
     }
 }
 
@@ -55,7 +65,7 @@ struct Sinks<'a> {
 }
 
 /// What hits are splatted from and onto.
-struct Splatting<'a> {
+struct Splats<'a> {
     hits: &'a GpuHits,
     points: &'a GpuPoints,
     mirror: &'a MirrorGBuffer<Gpu>,
@@ -65,7 +75,7 @@ struct Splatting<'a> {
     chunk: u32,
 }
 
-impl Splatting<'_> {
+impl Splats<'_> {
     /// Lists a kernel over all hits, in every band of the points, with the sinks that it writes.
     fn list(
         &self,
@@ -116,20 +126,23 @@ impl Gpu {
         hits: &GpuHits,
         points: &GpuPoints,
         mirror: &mut MirrorGBuffer<Self>,
-        settings: &SscrSettings,
+        splatting: &Splatting,
         job: &Job,
     ) -> Result<()> {
         let size = mirror.origin.size();
-        // A splat's region is that of its own pixel, which lies up to a reach beyond the rows.
-        let halo = hits.reach.max(0.0) as u32 + 2;
+        // A square's region is that of the hit's own pixel, which lies up to a reach beyond the rows; discs have none.
+        let (reach, halo) = match splatting.disc {
+            Some(_) => (LARGEST_REACH, 0),
+            None => (hits.reach, hits.reach.max(0.0) as u32 + 2),
+        };
         let need = Need {
             halo,
             bytes: size_of::<Sums>() as u64,
             steps: 1,
         };
-        let side = u64::from(2 * halo);
+        let side = 2 * (reach.max(0.0) as u64 + 1);
         let in_time = (STEPS / (side * side * FRAGMENT_COST)).min(CHUNK.into()) as u32;
-        let splatting = Splatting {
+        let splats = Splats {
             hits,
             points,
             mirror,
@@ -141,9 +154,13 @@ impl Gpu {
                 end_hit: 0,
                 band_start: 0,
                 band_points: 0,
-                depth_offset: settings.depth_offset,
-                nearest: u32::from(settings.visibility == Visibility::Nearest),
-                pad: 0,
+                nearest: u32::from(splatting.visibility == Visibility::Nearest),
+                depth_offset: splatting.depth_offset,
+                disc: splatting.disc.unwrap_or(0.0),
+                own_layer: splatting.own_layer,
+                enlarged: splatting.enlarged,
+                pad0: 0,
+                pad1: 0,
             },
             chunk: in_time.max(POINT_GROUP),
         };
@@ -156,10 +173,10 @@ impl Gpu {
                 fronts: fronts.first(pixels * FRONT),
                 sums: sums.first(pixels * need.bytes),
             };
-            self.splat_hits(&HIT_DEPTH, &splatting, &sinks, &[&sinks.fronts], job)?;
+            self.splat_hits(&HIT_DEPTH, &splats, &sinks, &[&sinks.fronts], job)?;
             let both = [&sinks.fronts, &sinks.sums];
-            self.splat_hits(&HIT_VISIBILITY, &splatting, &sinks, &both, job)?;
-            self.average_hits(&splatting, &sinks, job)?;
+            self.splat_hits(&HIT_VISIBILITY, &splats, &sinks, &both, job)?;
+            self.average_hits(&splats, &sinks, job)?;
         }
         Ok(())
     }
@@ -168,7 +185,7 @@ impl Gpu {
     fn splat_hits(
         &mut self,
         shader: &Shader,
-        splatting: &Splatting<'_>,
+        splats: &Splats<'_>,
         sinks: &Sinks<'_>,
         written: &[&Binding],
         job: &Job,
@@ -178,20 +195,15 @@ impl Gpu {
         if let Some(last) = written.last() {
             pass.zero((*last).clone());
         }
-        splatting.list(&mut pass, &kernel, sinks, written)?;
+        splats.list(&mut pass, &kernel, sinks, written)?;
         pass.finish(&mut self.timings, job)
     }
 
-    fn average_hits(
-        &mut self,
-        splatting: &Splatting<'_>,
-        sinks: &Sinks<'_>,
-        job: &Job,
-    ) -> Result<()> {
-        if splatting.hits.bands.iter().all(|band| band.count == 0) {
+    fn average_hits(&mut self, splats: &Splats<'_>, sinks: &Sinks<'_>, job: &Job) -> Result<()> {
+        if splats.hits.bands.iter().all(|band| band.count == 0) {
             return Ok(());
         }
-        let (window, mirror) = (sinks.window, splatting.mirror);
+        let (window, mirror) = (sinks.window, splats.mirror);
         let kernel = self.kernels.get(&self.device, &HIT_AVERAGE)?;
         let mut pass = Pass::new(
             HIT_AVERAGE.name,
@@ -202,7 +214,7 @@ impl Gpu {
         let params = HitParams {
             rows: UVec2::new(window.rows.start, window.rows.end),
             first_pixel: window.pixels.start,
-            ..splatting.params
+            ..splats.params
         };
         pass.compute(&kernel, &params)
             .read(sinks.fronts.clone())
@@ -211,7 +223,7 @@ impl Gpu {
             .write(mirror.albedo.part(&window.pixels))
             .write(mirror.material.part(&window.pixels))
             .write(mirror.count.part(&window.pixels))
-            .dispatch(window.threads(splatting.params.size))?;
+            .dispatch(window.threads(splats.params.size))?;
         pass.finish(&mut self.timings, job)
     }
 }

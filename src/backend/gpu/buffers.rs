@@ -307,6 +307,8 @@ pub(super) struct PointBand {
 #[derive(Debug)]
 pub struct GpuPoints {
     pub(super) bands: Vec<PointBand>,
+    /// The same in main memory, for the search that runs there.
+    pub(super) surfels: Arc<Surfels>,
 }
 
 impl PointBand {
@@ -326,7 +328,7 @@ impl GpuPoints {
     pub(super) fn upload(
         pool: &Arc<Pool>,
         limits: &wgpu::Limits,
-        surfels: &Surfels,
+        surfels: &Arc<Surfels>,
     ) -> Result<Self> {
         let (places, finishes) = (&surfels.places, &surfels.finishes);
         let band = (limits
@@ -346,6 +348,9 @@ impl GpuPoints {
             buffers.finishes.upload(0, bytemuck::cast_slice(finishes))?;
             bands.push(buffers);
         }
-        Ok(Self { bands })
+        Ok(Self {
+            bands,
+            surfels: Arc::clone(surfels),
+        })
     }
 }

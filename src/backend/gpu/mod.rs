@@ -18,10 +18,13 @@ use crate::gi::GiSettings;
 use crate::grid::Grid;
 use crate::image::ImageSettings;
 use crate::job::Job;
-use crate::reflect::sscr::SscrSettings;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings};
+use crate::reflect::sscr::field::MirrorField;
+use crate::reflect::sscr::guided::Guide;
 use crate::reflect::sscr::heat::HeatSums;
+use crate::reflect::sscr::prefix::{Budget, Prefix};
 use crate::reflect::sscr::root_find::SearchCounts;
+use crate::reflect::sscr::{Splatting, SscrSettings};
 use crate::reflect::{LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
 use crate::timing::Timings;
 
@@ -32,6 +35,7 @@ mod curvature;
 mod device;
 mod edl;
 mod fill;
+mod guided;
 mod hits;
 mod kernel;
 mod layout;
@@ -219,15 +223,35 @@ impl Backend for Gpu {
         self.run_search_heat(points, mirrors, settings, job)
     }
 
+    fn mirror_field(
+        &mut self,
+        surface: &Surface<Self>,
+        curvature: &Grid<u8>,
+        job: &Job,
+    ) -> Result<(MirrorField, Grid<u8>)> {
+        self.run_mirror_field(surface, curvature, job)
+    }
+
+    fn guided(
+        &mut self,
+        points: &GpuPoints,
+        guide: &Guide<'_>,
+        prefix: &mut Prefix,
+        budget: Budget,
+        job: &Job,
+    ) -> Result<(GpuHits, SearchCounts, usize)> {
+        self.run_guided(points, guide, prefix, budget, job)
+    }
+
     fn accumulate(
         &mut self,
         hits: &GpuHits,
         points: &GpuPoints,
         mirror: &mut MirrorGBuffer<Self>,
-        settings: &SscrSettings,
+        splatting: &Splatting,
         job: &Job,
     ) -> Result<()> {
-        self.run_accumulate(hits, points, mirror, settings, job)
+        self.run_accumulate(hits, points, mirror, splatting, job)
     }
 
     fn mirror_coverage(

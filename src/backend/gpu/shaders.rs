@@ -23,7 +23,7 @@ use crate::gbuffer::leak::LEAK_NEIGHBOURS;
 use crate::gbuffer::smooth::{DEPTH_SPACINGS, NORMAL_DIFFERENCE};
 use crate::gi::shade::RECEIVER_COSINE;
 use crate::reflect::Hit;
-use crate::reflect::sscr::accumulate::DEPTH_RANGE;
+use crate::reflect::sscr::accumulate::{DEPTH_RANGE, LARGEST_REACH};
 use crate::reflect::sscr::curvature::{
     CONCAVE, CONVEX, MIN_STEP_SINE, PLANAR, X_STEP, Y_SHIFT, Y_STEP,
 };
@@ -65,7 +65,6 @@ const AGREE: (&str, f64) = ("AGREE_SPACINGS", AGREE_SPACINGS as f64);
 
 const COSINE: (&str, f64) = ("SMALLEST_COSINE", SMALLEST_COSINE as f64);
 
-const RANGE: (&str, f64) = ("DEPTH_RANGE", DEPTH_RANGE as f64);
 const RECEIVER: (&str, f64) = ("RECEIVER_COSINE", RECEIVER_COSINE as f64);
 const SHININESS: (&str, f64) = ("SHININESS_LOG_RANGE", SHININESS_LOG_RANGE as f64);
 
@@ -76,6 +75,15 @@ const DISC: &[(&str, f64)] = &[
     ("MAX_TOLERANCE_SLOPE", MAX_TOLERANCE_SLOPE as f64),
     ("RIM", RIM as f64),
     ("BOUNDS_SLACK", BOUNDS_SLACK as f64),
+];
+
+/// Constants of `shared/hit_splat.wgsl`, and the workgroup.
+const HIT: &[(&str, f64)] = &[
+    POINT,
+    ("DEPTH_RANGE", DEPTH_RANGE as f64),
+    ("LARGEST_REACH", LARGEST_REACH as f64),
+    ("EDGE_ON_COSINE_SQUARED", EDGE_ON_COSINE_SQUARED as f64),
+    ("MAX_TOLERANCE_SLOPE", MAX_TOLERANCE_SLOPE as f64),
 ];
 
 shader! {
@@ -170,11 +178,11 @@ shader! {
 }
 shader! {
     /// The nearest hit of every mirror pixel, and how many there are.
-    HIT_DEPTH = "hit_depth", &[POINT, RANGE]
+    HIT_DEPTH = "hit_depth", HIT
 }
 shader! {
     /// Sums the attributes of the visible hits.
-    HIT_VISIBILITY = "hit_visibility", &[POINT, RANGE]
+    HIT_VISIBILITY = "hit_visibility", HIT
 }
 shader! {
     /// Turns sums into the one surfel that a mirror pixel shows.

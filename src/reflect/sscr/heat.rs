@@ -9,9 +9,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec2;
 use rayon::prelude::*;
 
-use super::SscrSettings;
 use super::distribute::distribute;
 use super::root_find::{Outcome, RootFindParams, RootFinder};
+use super::{Search, SscrSettings};
 use crate::backend::cpu::Cpu;
 use crate::cloud::{Surfels, require_memory};
 use crate::error::{Error, Result};
@@ -89,16 +89,22 @@ impl Sums {
     }
 }
 
-/// That there is a search to look at.
+/// That the search runs that there is to look at.
 ///
 /// # Errors
-/// [`Error::Setting`] where mirrors are not searched.
+/// [`Error::Setting`] where it does not.
 pub fn require_search(settings: &Settings) -> Result<()> {
-    match settings.reflect.method {
-        Method::Sscr => Ok(()),
-        Method::RayTrace => Err(Error::Setting(
-            "there is no search to show the heat of where reflect.method is \"ray_trace\"; set it to \"sscr\"".into(),
-        )),
+    let missing = |what: &str| {
+        Err(Error::Setting(format!(
+            "the heat is that of the interleaved search, which does not run where {what}"
+        )))
+    };
+    match (settings.reflect.method, settings.sscr.search) {
+        (Method::Sscr, Search::Interleaved) => Ok(()),
+        (Method::Sscr, Search::Guided) => {
+            missing("sscr.search is \"guided\"; set it to \"interleaved\"")
+        }
+        (Method::RayTrace, _) => missing("reflect.method is \"ray_trace\"; set it to \"sscr\""),
     }
 }
 
