@@ -4,6 +4,7 @@
 
 mod cancel;
 mod kernels;
+mod mirror_splats;
 mod mirrors;
 mod pictures;
 mod search;
@@ -93,19 +94,19 @@ pub(crate) fn tests() -> Vec<Trial> {
             "one_changed_pixel_of_a_mirror_is_noticed",
             mirrors::one_changed_pixel_of_a_mirror_is_noticed,
         ),
-        test("splatted_hits_agree", search::splatted_hits_agree),
-        test("splatted_discs_agree", search::splatted_discs_agree),
+        test("splatted_hits_agree", mirror_splats::splatted_hits_agree),
+        test("splatted_discs_agree", mirror_splats::splatted_discs_agree),
         test(
             "a_hit_that_is_missing_is_noticed",
-            search::a_hit_that_is_missing_is_noticed,
+            mirror_splats::a_hit_that_is_missing_is_noticed,
         ),
         test(
             "bands_of_hits_do_not_show",
-            search::bands_of_hits_do_not_show,
+            mirror_splats::bands_of_hits_do_not_show,
         ),
         test(
             "closing_agrees_at_every_level",
-            search::closing_agrees_at_every_level,
+            mirror_splats::closing_agrees_at_every_level,
         ),
         test(
             "mirrors_that_cannot_be_searched_are_a_sentence",

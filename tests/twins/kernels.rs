@@ -11,8 +11,8 @@ use catoptric::image::ImageSettings;
 use catoptric::job::Job;
 use glam::UVec2;
 
+use super::mirror_splats;
 use super::mirrors::bring_mirror;
-use super::search;
 use super::support::{
     SIZE, assert_agree, assert_gbuffers_agree, bring, bring_gbuffer, cloud, difference, gpu,
     pinhole, seen_by_cpu, spot,
@@ -283,7 +283,7 @@ pub(super) fn shading_agrees() {
 
 pub(super) fn shading_of_mirrors_agrees() {
     let gpu = &mut gpu();
-    let shown = search::shown();
+    let shown = mirror_splats::shown();
     let there = bring_mirror(gpu, &shown);
     let (settings, job) = (GiSettings::default(), Job::default());
     let (here, lit) = lights(gpu, 64);

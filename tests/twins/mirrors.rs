@@ -11,7 +11,7 @@ use catoptric::reflect::sscr::curvature::{Axes, LhcSettings};
 use catoptric::reflect::{Eye, MirrorGBuffer, Surface};
 use glam::Vec4;
 
-use super::search;
+use super::mirror_splats;
 use super::support::{
     assert_agree, bring, bring_gbuffer, difference, gpu, options, pinhole, seen_by_cpu,
 };
@@ -112,7 +112,7 @@ pub(super) fn assert_mirrors_agree(
 }
 
 pub(super) fn one_changed_pixel_of_a_mirror_is_noticed() {
-    let expected = search::shown();
+    let expected = mirror_splats::shown();
     assert!(apart(&expected, &expected, 0.0).is_empty(), "it is itself");
     for change in [
         |m: &mut MirrorGBuffer<Cpu>| m.albedo.values_mut()[7].y += 1e-3,
@@ -120,7 +120,7 @@ pub(super) fn one_changed_pixel_of_a_mirror_is_noticed() {
         |m: &mut MirrorGBuffer<Cpu>| m.count.values_mut()[7] += 1,
         |m: &mut MirrorGBuffer<Cpu>| m.level.values_mut()[7] += 1.0,
     ] {
-        let mut changed = search::shown();
+        let mut changed = mirror_splats::shown();
         change(&mut changed);
         assert_eq!(apart(&changed, &expected, 2e-5), [7], "one pixel");
     }
@@ -205,7 +205,7 @@ pub(super) fn curvatures_are_equal_to_the_last_byte() {
 
 pub(super) fn blending_agrees_with_light_and_without() {
     let gpu = &mut gpu();
-    let shown = search::shown();
+    let shown = mirror_splats::shown();
     let size = shown.size();
     let mut gbuffer = GBuffer::<Cpu>::empty(pinhole(size));
     for (i, own) in gbuffer.albedo.values_mut().iter_mut().enumerate() {
@@ -238,8 +238,8 @@ pub(super) fn blending_agrees_with_light_and_without() {
         .expect("blended");
         let got = gpu.read(&got).expect("radiance").into_owned();
         assert_agree("radiance", &got, expected.values(), 1e-6);
-        search::assert_differs(&got, own.values());
+        mirror_splats::assert_differs(&got, own.values());
         results.push(got);
     }
-    search::assert_differs(&results[0], &results[1]);
+    mirror_splats::assert_differs(&results[0], &results[1]);
 }

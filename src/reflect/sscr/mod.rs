@@ -15,6 +15,7 @@ pub mod lhc;
 pub mod mirror_error;
 mod mirror_pixels;
 pub mod newton;
+mod outcome;
 pub mod prefix;
 mod random;
 pub mod root_find;
