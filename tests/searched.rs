@@ -94,7 +94,7 @@ impl Mirrors {
                     of_hits += root.steps;
                     steps += root.steps;
                 }
-                Outcome::Lost(taken) => steps += taken,
+                Outcome::Lost(end) => steps += end.steps,
             }
         }
         let points = outcomes.len() as f64;

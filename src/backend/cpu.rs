@@ -23,6 +23,7 @@ use crate::reflect::sscr::chart_class::chart_class;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings, curvature};
 use crate::reflect::sscr::field::MirrorField;
 use crate::reflect::sscr::guided::Guide;
+use crate::reflect::sscr::heat::{HeatSums, search_heat};
 use crate::reflect::sscr::prefix::{Budget, Prefix};
 use crate::reflect::sscr::root_find::{SearchCounts, root_find};
 use crate::reflect::sscr::{Splatting, SscrSettings};
@@ -173,6 +174,18 @@ impl Backend for Cpu {
     ) -> Result<(Vec<Hit>, SearchCounts)> {
         self.timings.time("root_find", || {
             root_find(points, mirrors, settings, diagonal, job)
+        })
+    }
+
+    fn search_heat(
+        &mut self,
+        points: &Arc<Surfels>,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>> {
+        self.timings.time("search_heat", || {
+            search_heat(points, mirrors, settings, job)
         })
     }
 

@@ -8,6 +8,7 @@ use super::sscr::chart_class::CHART_CLASS;
 use super::sscr::charts::{LEAST_PIXELS, charts};
 use super::sscr::curvature::Axes;
 use super::sscr::guided::{Guide, TRIED, shorten};
+use super::sscr::heat::HeatSums;
 use super::sscr::lhc::Labeller;
 use super::sscr::prefix::Prefix;
 use super::sscr::root_find::SearchCounts;
@@ -16,6 +17,7 @@ use crate::backend::{Backend, Cloud};
 use crate::cloud::Surfels;
 use crate::error::Result;
 use crate::gbuffer::{GBuffer, SplatSettings};
+use crate::grid::Grid;
 use crate::job::Job;
 use crate::measure::BounceReport;
 use crate::settings::Settings;
@@ -74,7 +76,6 @@ impl Reflector {
         };
         let regions = lhc.regions.len() as u64;
         mirror.region = backend.write(lhc.labels.size(), lhc.labels.values())?;
-        job.check()?;
 
         let (mut counts, mut searched) = (SearchCounts::default(), None);
         match settings.reflect.method {
@@ -126,6 +127,33 @@ impl Reflector {
         let closed = backend.mirror_coverage(&mirror, job)?;
         let report = BounceReport::new(1, regions, counts, searched.unwrap_or(closed), closed);
         Ok((mirror, report))
+    }
+
+    /// Where the searches end, to look at.
+    ///
+    /// # Errors
+    /// What the backend meets, [`crate::Error::Cancelled`].
+    pub fn search_heat<B: Backend>(
+        &mut self,
+        backend: &mut B,
+        cloud: &Cloud<B>,
+        gbuffer: &GBuffer<B>,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>> {
+        let surface = backend.surface(gbuffer, job)?;
+        let axes = Axes::from(&gbuffer.pinhole);
+        let cells = backend.curvature(&surface, axes, &settings.lhc, job)?;
+        let cells = backend.take(cells)?;
+        let labeller = &mut self.labeller;
+        let lhc = (backend.timings()).time("lhc", || labeller.lhc(&cells));
+        let mirrors = LabelledMirrors {
+            surface: &surface,
+            labels: &backend.write(lhc.labels.size(), lhc.labels.values())?,
+            regions: &lhc.regions,
+            right: gbuffer.pinhole.right,
+        };
+        backend.search_heat(&cloud.points, &mirrors, &settings.sscr, job)
     }
 
     /// The order in which the points of a cloud are searched, begun anew for another cloud.
