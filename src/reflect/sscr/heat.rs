@@ -105,6 +105,7 @@ pub fn require_search(settings: &Settings) -> Result<()> {
             missing("sscr.search is \"guided\"; set it to \"interleaved\"")
         }
         (Method::RayTrace, _) => missing("reflect.method is \"ray_trace\"; set it to \"sscr\""),
+        (Method::Auto, _) => missing("reflect.method is \"auto\"; set it to \"sscr\""),
     }
 }
 
