@@ -1,8 +1,10 @@
 //! Light: the spot's shadow map, and shading.
 
+pub mod ism;
 mod light;
 pub mod light_close;
 pub mod shade;
+pub mod vpl;
 
 pub use light::{MAX_OUTER_DEGREES, SpotLight};
 

@@ -88,7 +88,7 @@ fn spot_radiance(receiver: &Receiver, lit_by: &LitBy<Cpu>, settings: &GiSettings
     }
     let direction = to_light / distance_squared.sqrt();
     let cosine = receiver.normal.dot(direction);
-    let falloff = light.falloff(-direction.dot(light.axis));
+    let falloff = light.falloff_towards(-direction);
     if cosine <= 0.0 || falloff <= 0.0 {
         return Vec3::ZERO;
     }

@@ -197,6 +197,7 @@ impl SceneLight {
             intensity: self.intensity,
             inner_angle: self.inner_angle as f32,
             outer_angle: self.outer_angle as f32,
+            pyramid: false,
         }
     }
 }
