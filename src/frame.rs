@@ -2,13 +2,15 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::backend::{Backend, LitBy};
+use crate::backend::{Backend, Cloud, LitBy};
 use crate::camera::Pinhole;
 use crate::error::Result;
 use crate::gbuffer::{Coverage, GBuffer};
 use crate::gi::SpotLight;
 use crate::job::Job;
+use crate::measure::BounceReport;
 use crate::plan::{Plan, Stage};
+use crate::reflect::{MirrorGBuffer, Reflector};
 use crate::settings::Settings;
 
 /// Who looks, and by which light.
@@ -23,16 +25,19 @@ pub struct View {
 }
 
 /// What a frame makes, where the backend keeps it.
-pub struct Frame<B: Backend + ?Sized> {
+pub struct Frame<B: Backend> {
     /// What the camera sees.
     pub gbuffer: GBuffer<B>,
     /// How much of the picture shows something.
     pub coverage: Coverage,
     /// The lights, with the maps of what they see.
     pub lights: Vec<LitBy<B>>,
-    /// Radiance towards the eye, W/sr/m2 (albedo where the scene has no light); alpha 1 where valid. Mirrors show their
-    /// own part alone.
+    /// Radiance towards the eye, W/sr/m2 (albedo where the scene has no light); alpha 1 where valid.
     pub radiance: B::Grid<Vec4>,
+    /// What the mirrors show, where the camera sees one.
+    pub mirror: Option<MirrorGBuffer<B>>,
+    /// What the search came to, one for each mirror bounce.
+    pub bounces: Vec<BounceReport>,
 }
 
 impl View {
@@ -57,12 +62,14 @@ impl View {
 /// What the backend meets, or [`crate::Error::Cancelled`].
 pub fn frame<B: Backend>(
     backend: &mut B,
-    points: &B::Points,
+    reflector: &mut Reflector,
+    cloud: &Cloud<B>,
     view: &View,
     plan: &Plan,
     settings: &Settings,
     job: &Job,
 ) -> Result<Frame<B>> {
+    let points = &cloud.points;
     job.progress("splatting", 0, 0)?;
     let mut gbuffer = backend.splat(points, &view.pinhole, &settings.splat, job)?;
     let mut coverage = backend.coverage(&gbuffer, job)?;
@@ -79,7 +86,7 @@ pub fn frame<B: Backend>(
     }
     job.progress("lighting", 0, 0)?;
     let mut lights = Vec::new();
-    let radiance = if plan.runs(Stage::Shade, coverage.mirror > 0) {
+    let mut radiance = if plan.runs(Stage::Shade, coverage.mirror > 0) {
         lights.reserve(view.lights.len());
         for light in &view.lights {
             let map = light.pinhole(settings.gi.light_map_size, view.reach(light));
@@ -92,10 +99,25 @@ pub fn frame<B: Backend>(
     } else {
         backend.edl(&gbuffer, &settings.image, job)?
     };
+    let (mut mirror, mut bounces) = (None, Vec::new());
+    if plan.runs(Stage::Reflect, coverage.mirror > 0) {
+        let (seen, report) =
+            reflector.reflect(backend, cloud, &gbuffer, view.diagonal(), settings, job)?;
+        let shown = if plan.runs(Stage::Shade, true) {
+            Some(backend.shade_mirror(&seen, &lights, &settings.gi, job)?)
+        } else {
+            None
+        };
+        backend.blend(&mut radiance, &gbuffer, &seen, shown.as_ref(), job)?;
+        mirror = Some(seen);
+        bounces.push(report);
+    }
     Ok(Frame {
         gbuffer,
         coverage,
         lights,
         radiance,
+        mirror,
+        bounces,
     })
 }

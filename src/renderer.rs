@@ -7,21 +7,20 @@ use glam::Vec4;
 
 use crate::backend::cpu::Cpu;
 use crate::backend::gpu::{AdapterChoice, Gpu, GpuOptions};
-use crate::backend::{Backend, LightMap, LitBy};
+use crate::backend::{Backend, Cloud};
 use crate::cloud::Surfels;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, View, frame};
 use crate::gbuffer::{Coverage, GBuffer};
-use crate::gi::shade::shade_mirror;
 use crate::grid::Grid;
 use crate::job::Job;
 use crate::measure::BounceReport;
 use crate::memory::{GridsIn, Rendering};
 use crate::output::OutputKind;
-use crate::plan::{Plan, Stage};
-use crate::reflect::{MirrorGBuffer, Reflector, blend};
+use crate::plan::Plan;
+use crate::reflect::{MirrorGBuffer, Reflector};
 use crate::settings::Settings;
-use crate::timing::{PassTime, Timings};
+use crate::timing::PassTime;
 
 /// What a rendering gives, in main memory.
 pub struct Products {
@@ -59,7 +58,7 @@ pub struct Machine {
 }
 
 enum AnyBackend {
-    Cpu(Cpu),
+    Cpu(Box<Cpu>),
     Gpu(Box<Gpu>),
 }
 
@@ -106,7 +105,7 @@ impl Machine {
         };
         Ok(Self {
             backend: gpu.map_or_else(
-                || AnyBackend::Cpu(Cpu::default()),
+                || AnyBackend::Cpu(Box::default()),
                 |gpu| AnyBackend::Gpu(Box::new(gpu)),
             ),
         })
@@ -118,7 +117,7 @@ impl Machine {
     /// [`Error::Gpu`] and [`Error::Memory`] where it cannot hold the surfels.
     pub fn upload(self, surfels: &Arc<Surfels>) -> Result<Renderer> {
         let session = match self.backend {
-            AnyBackend::Cpu(cpu) => AnySession::Cpu(Box::new(Session::new(cpu, surfels)?)),
+            AnyBackend::Cpu(cpu) => AnySession::Cpu(Box::new(Session::new(*cpu, surfels)?)),
             AnyBackend::Gpu(gpu) => AnySession::Gpu(Box::new(Session::new(*gpu, surfels)?)),
         };
         Ok(Renderer { session })
@@ -199,19 +198,19 @@ impl Renderer {
 /// A backend with the surfels it shows.
 struct Session<B: Backend> {
     backend: B,
-    points: B::Points,
-    /// Mirrors run on the processor, whichever backend runs the rest.
-    surfels: Arc<Surfels>,
+    cloud: Cloud<B>,
     reflector: Reflector,
 }
 
 impl<B: Backend> Session<B> {
     fn new(mut backend: B, surfels: &Arc<Surfels>) -> Result<Self> {
-        let points = backend.upload(surfels)?;
+        let cloud = Cloud {
+            points: backend.upload(surfels)?,
+            surfels: Arc::clone(surfels),
+        };
         Ok(Self {
             backend,
-            points,
-            surfels: Arc::clone(surfels),
+            cloud,
             reflector: Reflector::default(),
         })
     }
@@ -223,85 +222,38 @@ impl<B: Backend> Session<B> {
         settings: &Settings,
         job: &Job,
     ) -> Result<Products> {
-        self.backend.take_timings();
+        let backend = &mut self.backend;
+        std::mem::take(backend.timings());
         let start = Instant::now();
         let Frame {
             gbuffer,
             coverage,
-            lights,
             radiance,
-        } = frame(&mut self.backend, &self.points, view, plan, settings, job)?;
-        let mut timings = self.backend.take_timings();
-        let mut products = Products {
-            gbuffer: GBuffer {
-                pinhole: gbuffer.pinhole,
-                surface: self.backend.take(gbuffer.surface)?,
-                albedo: self.backend.take(gbuffer.albedo)?,
-                material: self.backend.take(gbuffer.material)?,
-            },
-            coverage,
-            radiance: self.backend.take(radiance)?,
-            mirror: None,
-            bounces: Vec::new(),
-            passes: Vec::new(),
-            wall_ms: 0.0,
-        };
-        if plan.runs(Stage::Reflect, coverage.mirror > 0) {
-            let lights = lights
-                .into_iter()
-                .map(|lit_by| self.take_light(lit_by))
-                .collect::<Result<Vec<_>>>()?;
-            self.reflect(&mut products, &lights, view, settings, &mut timings, job)?;
-        }
-        products.passes = timings.passes;
-        products.wall_ms = start.elapsed().as_secs_f64() * 1e3;
-        Ok(products)
-    }
-
-    /// Lets the mirrors of a picture show what they reflect.
-    fn reflect(
-        &mut self,
-        products: &mut Products,
-        lights: &[LitBy<Cpu>],
-        view: &View,
-        settings: &Settings,
-        timings: &mut Timings,
-        job: &Job,
-    ) -> Result<()> {
-        let (mirror, report) = self.reflector.reflect(
-            &products.gbuffer,
-            &self.surfels,
-            view.diagonal(),
+            mirror,
+            bounces,
+            ..
+        } = frame(
+            backend,
+            &mut self.reflector,
+            &self.cloud,
+            view,
+            plan,
             settings,
-            timings,
             job,
         )?;
-        timings.time("shade_mirror", || {
-            let shown = match lights {
-                [] => None,
-                lights => Some(shade_mirror(&mirror, lights, &settings.gi, job)?),
-            };
-            blend(
-                &mut products.radiance,
-                &products.gbuffer,
-                &mirror,
-                shown.as_ref(),
-            );
-            Ok::<_, Error>(())
-        })?;
-        products.mirror = Some(mirror);
-        products.bounces.push(report);
-        Ok(())
-    }
-
-    /// A light with its map, in main memory.
-    fn take_light(&mut self, lit_by: LitBy<B>) -> Result<LitBy<Cpu>> {
-        Ok(LitBy {
-            light: lit_by.light,
-            map: LightMap {
-                pinhole: lit_by.map.pinhole,
-                keys: self.backend.take(lit_by.map.keys)?,
+        Ok(Products {
+            gbuffer: GBuffer {
+                pinhole: gbuffer.pinhole,
+                surface: backend.take(gbuffer.surface)?,
+                albedo: backend.take(gbuffer.albedo)?,
+                material: backend.take(gbuffer.material)?,
             },
+            coverage,
+            radiance: backend.take(radiance)?,
+            mirror: mirror.map(|mirror| mirror.take(backend)).transpose()?,
+            bounces,
+            passes: std::mem::take(backend.timings()).passes,
+            wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })
     }
 }

@@ -1,6 +1,7 @@
 //! The search against all roots of analytic scenes.
 
 use catoptric::cloud::generate::SceneName;
+use catoptric::reflect::LabelledMirrors;
 use catoptric::reflect::sscr::Distribution;
 use catoptric::reflect::sscr::distribute::distribute;
 use catoptric::reflect::sscr::mirror_error::MirrorPoint;
@@ -105,7 +106,8 @@ fn measured(scene: &str, params: RootFindParams, error: Option<ErrorFunction>) -
     let hits = oracle.view(&view);
     let surface = surface(&view, &hits, 0.0);
     let lhc = regions(&view, &surface);
-    let finder = RootFinder::new(&surface, &lhc, Vec3::X, params).expect("a small picture");
+    let finder = RootFinder::new(&LabelledMirrors::new(&surface, &lhc, Vec3::X), params)
+        .expect("a small picture");
     let roots = Roots::new(oracle, view, &hits);
     let name: SceneName = scene.parse().expect("a scene");
     let surfels = cloud(name, POINTS);
@@ -176,7 +178,8 @@ fn threads_do_not_change_the_hits() {
     let hits = Oracle::named("torus").view(&view);
     let surface = surface(&view, &hits, 0.0);
     let lhc = regions(&view, &surface);
-    let finder = RootFinder::new(&surface, &lhc, Vec3::X, params(4.0)).expect("a small picture");
+    let finder = RootFinder::new(&LabelledMirrors::new(&surface, &lhc, Vec3::X), params(4.0))
+        .expect("a small picture");
     let surfels = cloud(SceneName::Torus, 30_000);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
@@ -187,6 +190,7 @@ fn threads_do_not_change_the_hits() {
             finder.search(
                 &surfels.places,
                 |i| (i % 2 == 0).then_some(1),
+                |_| 1.0,
                 &catoptric::Job::default(),
             )
         };

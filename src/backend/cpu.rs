@@ -10,6 +10,7 @@ use super::{Backend, LightMap, LitBy};
 use crate::camera::Pinhole;
 use crate::cloud::Surfels;
 use crate::error::{Error, Result};
+use crate::gbuffer::pull_push::pull_push;
 use crate::gbuffer::splat::Splatter;
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings, coverage, edl, fill, smooth};
 use crate::gi::light_close::light_close;
@@ -17,18 +18,25 @@ use crate::gi::{GiSettings, shade};
 use crate::grid::Grid;
 use crate::image::ImageSettings;
 use crate::job::Job;
+use crate::reflect::sscr::SscrSettings;
+use crate::reflect::sscr::accumulate::Accumulator;
+use crate::reflect::sscr::curvature::{Axes, LhcSettings, curvature};
+use crate::reflect::sscr::root_find::{SearchCounts, root_find};
+use crate::reflect::{Hit, LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface, blend};
 use crate::timing::Timings;
 
 /// Runs the stages on the processor.
 #[derive(Debug, Default)]
 pub struct Cpu {
     splatter: Splatter,
+    accumulator: Accumulator,
     timings: Timings,
 }
 
 impl Backend for Cpu {
     type Grid<T: Pod> = Grid<T>;
     type Points = Arc<Surfels>;
+    type Hits = Vec<Hit>;
 
     fn name(&self) -> &'static str {
         "cpu"
@@ -38,8 +46,8 @@ impl Backend for Cpu {
         None
     }
 
-    fn take_timings(&mut self) -> Timings {
-        std::mem::take(&mut self.timings)
+    fn timings(&mut self) -> &mut Timings {
+        &mut self.timings
     }
 
     fn upload(&mut self, surfels: &Arc<Surfels>) -> Result<Arc<Surfels>> {
@@ -122,12 +130,115 @@ impl Backend for Cpu {
             .time("edl", || edl::edl(gbuffer, settings, job))
     }
 
+    fn surface(&mut self, gbuffer: &GBuffer<Self>, job: &Job) -> Result<Surface<Self>> {
+        job.check()?;
+        Ok(self.timings.time("surface", || Surface::of(gbuffer)))
+    }
+
+    fn reflected_rays(
+        &mut self,
+        surface: &Surface<Self>,
+        job: &Job,
+    ) -> Result<MirrorGBuffer<Self>> {
+        job.check()?;
+        Ok(self
+            .timings
+            .time("reflected_rays", || MirrorGBuffer::of(surface)))
+    }
+
+    fn curvature(
+        &mut self,
+        surface: &Surface<Self>,
+        axes: Axes,
+        settings: &LhcSettings,
+        job: &Job,
+    ) -> Result<Grid<u8>> {
+        job.check()?;
+        Ok(self
+            .timings
+            .time("curvature", || curvature(surface, axes, settings)))
+    }
+
+    fn root_find(
+        &mut self,
+        points: &Arc<Surfels>,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        diagonal: f32,
+        job: &Job,
+    ) -> Result<(Vec<Hit>, SearchCounts)> {
+        self.timings.time("root_find", || {
+            root_find(points, mirrors, settings, diagonal, job)
+        })
+    }
+
+    fn accumulate(
+        &mut self,
+        hits: &Vec<Hit>,
+        points: &Arc<Surfels>,
+        mirror: &mut MirrorGBuffer<Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<()> {
+        self.timings.time("accumulate", || {
+            self.accumulator
+                .accumulate(hits, points, mirror, settings, job)
+        })
+    }
+
+    fn mirror_coverage(
+        &mut self,
+        mirror: &MirrorGBuffer<Self>,
+        job: &Job,
+    ) -> Result<MirrorCoverage> {
+        job.check()?;
+        Ok(self.timings.time("mirror_coverage", || mirror.coverage()))
+    }
+
+    fn pull_push(
+        &mut self,
+        mirror: &mut MirrorGBuffer<Self>,
+        levels: u32,
+        job: &Job,
+    ) -> Result<()> {
+        self.timings
+            .time("pull_push", || pull_push(mirror, levels, job))
+    }
+
+    fn shade_mirror(
+        &mut self,
+        mirror: &MirrorGBuffer<Self>,
+        lights: &[LitBy<Self>],
+        settings: &GiSettings,
+        job: &Job,
+    ) -> Result<Grid<Vec4>> {
+        self.timings.time("shade_mirror", || {
+            shade::shade_mirror(mirror, lights, settings, job)
+        })
+    }
+
+    fn blend(
+        &mut self,
+        radiance: &mut Grid<Vec4>,
+        gbuffer: &GBuffer<Self>,
+        mirror: &MirrorGBuffer<Self>,
+        shown: Option<&Grid<Vec4>>,
+        job: &Job,
+    ) -> Result<()> {
+        self.timings
+            .time("blend", || blend(radiance, gbuffer, mirror, shown, job))
+    }
+
     fn take<T: Pod>(&mut self, grid: Grid<T>) -> Result<Grid<T>> {
         Ok(grid)
     }
 
     fn read<'a, T: Pod>(&mut self, grid: &'a Grid<T>) -> Result<Cow<'a, [T]>> {
         Ok(Cow::Borrowed(grid.values()))
+    }
+
+    fn put<T: Pod>(&mut self, grid: Grid<T>) -> Result<Grid<T>> {
+        Ok(grid)
     }
 
     fn write<T: Pod>(&mut self, size: UVec2, values: &[T]) -> Result<Grid<T>> {

@@ -14,13 +14,17 @@ use crate::gi::{GiSettings, SpotLight};
 use crate::grid::Grid;
 use crate::image::ImageSettings;
 use crate::job::Job;
+use crate::reflect::sscr::SscrSettings;
+use crate::reflect::sscr::curvature::{Axes, LhcSettings};
+use crate::reflect::sscr::root_find::SearchCounts;
+use crate::reflect::{LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
 use crate::timing::Timings;
 
 pub mod cpu;
 pub mod gpu;
 
 /// What a spot light sees: the nearest surfel of every texel.
-pub struct LightMap<B: Backend + ?Sized> {
+pub struct LightMap<B: Backend> {
     /// The light's projection.
     pub pinhole: Pinhole,
     /// Depth keys ([`crate::gbuffer::depth_key`]); [`crate::gbuffer::EMPTY`] where the light sees nothing.
@@ -28,27 +32,37 @@ pub struct LightMap<B: Backend + ?Sized> {
 }
 
 /// A light with the map of what it sees.
-pub struct LitBy<B: Backend + ?Sized> {
+pub struct LitBy<B: Backend> {
     /// The light, relative to the scene's origin.
     pub light: SpotLight,
     /// What it sees.
     pub map: LightMap<B>,
 }
 
+/// A cloud, where a backend keeps it and in main memory.
+pub struct Cloud<B: Backend> {
+    /// The surfels, where the stages read them.
+    pub points: B::Points,
+    /// The surfels in main memory.
+    pub surfels: Arc<Surfels>,
+}
+
 /// A machine that runs the stages: one method a stage. Each ends with [`crate::Error::Cancelled`] soon after its job was
 /// cancelled.
-pub trait Backend {
+pub trait Backend: Sized {
     /// A value per pixel, where this backend keeps it.
     type Grid<T: Pod>;
     /// The surfels, where this backend keeps them.
     type Points;
+    /// Hits of the search, where this backend keeps them.
+    type Hits;
 
     /// "cpu" or "gpu".
     fn name(&self) -> &'static str;
     /// The adapter's name, where there is one.
     fn adapter(&self) -> Option<String>;
-    /// Wall time of every pass since the last call.
-    fn take_timings(&mut self) -> Timings;
+    /// Where passes note their time.
+    fn timings(&mut self) -> &mut Timings;
 
     /// Brings the surfels to where the stages read them.
     fn upload(&mut self, surfels: &Arc<Surfels>) -> Result<Self::Points>;
@@ -100,10 +114,71 @@ pub trait Backend {
         job: &Job,
     ) -> Result<Self::Grid<Vec4>>;
 
+    /// Pass `surface`: the mirrors that the camera sees from the front.
+    fn surface(&mut self, gbuffer: &GBuffer<Self>, job: &Job) -> Result<Surface<Self>>;
+    /// Pass `reflected_rays`: the ray of every mirror pixel, which shows nothing yet.
+    fn reflected_rays(&mut self, surface: &Surface<Self>, job: &Job)
+    -> Result<MirrorGBuffer<Self>>;
+    /// Pass `curvature`: how the mirrors bend, a byte a pixel.
+    fn curvature(
+        &mut self,
+        surface: &Surface<Self>,
+        axes: Axes,
+        settings: &LhcSettings,
+        job: &Job,
+    ) -> Result<Self::Grid<u8>>;
+    /// Pass `root_find`: for the points, each in the regions that it is given, the pixels that show them. `diagonal` is
+    /// that of the scene's box.
+    fn root_find(
+        &mut self,
+        points: &Self::Points,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        diagonal: f32,
+        job: &Job,
+    ) -> Result<(Self::Hits, SearchCounts)>;
+    /// Pass `accumulate`: hits are splatted onto the mirrors, by depth, visibility and averaging.
+    fn accumulate(
+        &mut self,
+        hits: &Self::Hits,
+        points: &Self::Points,
+        mirror: &mut MirrorGBuffer<Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<()>;
+    /// Pass `mirror_coverage`: counts the mirrors' pixels that show something.
+    fn mirror_coverage(
+        &mut self,
+        mirror: &MirrorGBuffer<Self>,
+        job: &Job,
+    ) -> Result<MirrorCoverage>;
+    /// Pass `pull_push`: closes holes in the mirrors from so many halvings.
+    fn pull_push(&mut self, mirror: &mut MirrorGBuffer<Self>, levels: u32, job: &Job)
+    -> Result<()>;
+    /// Pass `shade_mirror`: radiance (W/sr/m2) that every mirror pixel shows.
+    fn shade_mirror(
+        &mut self,
+        mirror: &MirrorGBuffer<Self>,
+        lights: &[LitBy<Self>],
+        settings: &GiSettings,
+        job: &Job,
+    ) -> Result<Self::Grid<Vec4>>;
+    /// Pass `blend`: what the mirrors show over the points' own part; their albedo where there is no light.
+    fn blend(
+        &mut self,
+        radiance: &mut Self::Grid<Vec4>,
+        gbuffer: &GBuffer<Self>,
+        mirror: &MirrorGBuffer<Self>,
+        shown: Option<&Self::Grid<Vec4>>,
+        job: &Job,
+    ) -> Result<()>;
+
     /// A grid in main memory; nothing is copied that is there already.
     fn take<T: Pod>(&mut self, grid: Self::Grid<T>) -> Result<Grid<T>>;
     /// A grid's values, row by row.
     fn read<'a, T: Pod>(&mut self, grid: &'a Self::Grid<T>) -> Result<Cow<'a, [T]>>;
+    /// A grid from main memory; nothing is copied that stays there.
+    fn put<T: Pod>(&mut self, grid: Grid<T>) -> Result<Self::Grid<T>>;
     /// A grid from its values, row by row.
     fn write<T: Pod>(&mut self, size: UVec2, values: &[T]) -> Result<Self::Grid<T>>;
 }

@@ -42,7 +42,7 @@ settings_group! {
 }
 
 /// What is seen in each pixel: one surfel, blended from those that cover it.
-pub struct GBuffer<B: Backend + ?Sized> {
+pub struct GBuffer<B: Backend> {
     /// How it was projected; positions follow from the depth.
     pub pinhole: Pinhole,
     /// Unit normal towards the viewer (scene's frame), and depth along the axis; depth 0 where nothing is seen.

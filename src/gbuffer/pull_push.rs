@@ -5,7 +5,9 @@ use glam::{UVec2, Vec3};
 
 use super::average::Pixel;
 use crate::backend::cpu::Cpu;
+use crate::error::Result;
 use crate::grid::Grid;
+use crate::job::Job;
 use crate::reflect::MirrorGBuffer;
 
 /// The average of what the pixels below show; class and weight say what it may be blended with.
@@ -49,9 +51,12 @@ fn pull(below: [Cell; 4]) -> Cell {
 }
 
 /// Fills every pixel of a mirror that shows nothing from the finest of `levels` halvings that does, and notes which.
-pub fn pull_push(mirror: &mut MirrorGBuffer<Cpu>, levels: u32) {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn pull_push(mirror: &mut MirrorGBuffer<Cpu>, levels: u32, job: &Job) -> Result<()> {
     if levels == 0 {
-        return;
+        return job.check();
     }
     // Pull.
     let finest = (0..mirror.material.values().len())
@@ -69,11 +74,12 @@ pub fn pull_push(mirror: &mut MirrorGBuffer<Cpu>, levels: u32) {
         })
         .collect();
     let Some(finest) = Grid::from_vec(mirror.size(), finest) else {
-        return;
+        return Ok(());
     };
     let mut pyramid = vec![finest];
     for _ in 0..levels {
-        let Some(below) = pyramid.last() else { return };
+        job.check()?;
+        let Some(below) = pyramid.last() else { break };
         let size = UVec2::new(below.size().x.div_ceil(2), below.size().y.div_ceil(2));
         let at = |x: usize, y: usize| below.get(x, y).copied().unwrap_or_default();
         let width = size.x.max(1) as usize;
@@ -84,12 +90,13 @@ pub fn pull_push(mirror: &mut MirrorGBuffer<Cpu>, levels: u32) {
             })
             .collect();
         let Some(level) = Grid::from_vec(size, cells) else {
-            return;
+            break;
         };
         pyramid.push(level);
     }
 
     // Push.
+    job.check()?;
     let width = mirror.origin.width();
     for i in 0..mirror.material.values().len() {
         if mirror.origin.values()[i].w == 0.0 || mirror.material.values()[i].w > 0.0 {
@@ -112,10 +119,11 @@ pub fn pull_push(mirror: &mut MirrorGBuffer<Cpu>, levels: u32) {
                 material: cell.pixel.material.truncate().extend(1.0),
                 ..cell.pixel
             };
-            mirror.put(i, filled);
+            mirror.show(i, filled);
             mirror.level.values_mut()[i] = level as f32;
         }
     }
+    Ok(())
 }
 
 /// Where the ray of the value `index` meets the plane of that position and normal; the distance of the position itself
@@ -152,7 +160,7 @@ mod tests {
                 albedo: Vec4::new(0.5, 0.25, 0.125, 0.0),
                 material: Vec4::new(0.0, 0.0, 0.01, 1.0),
             };
-            mirror.put(i, pixel);
+            mirror.show(i, pixel);
         }
         mirror
     }
@@ -161,13 +169,13 @@ mod tests {
     fn a_hole_is_filled_from_the_finest_level_that_shows_something() {
         let size = UVec2::new(8, 8);
         let mut filled = mirror(size, &[0]);
-        pull_push(&mut filled, 3);
+        pull_push(&mut filled, 3, &Job::default()).unwrap();
         let level = |x: usize, y: usize| filled.level.values()[y * 8 + x];
         assert_eq!(
             [level(0, 0), level(1, 1), level(3, 2), level(7, 7)],
             [0.0, 1.0, 2.0, 3.0]
         );
-        assert_eq!(filled.covered(), 64);
+        assert_eq!(filled.coverage().covered, 64);
         assert_eq!(
             filled.at(63).map(|p| p.albedo),
             filled.at(0).map(|p| p.albedo)
@@ -177,15 +185,15 @@ mod tests {
     #[test]
     fn holes_wider_than_the_coarsest_level_stay() {
         let mut filled = mirror(UVec2::new(8, 8), &[0]);
-        pull_push(&mut filled, 1);
-        assert_eq!(filled.covered(), 4);
+        pull_push(&mut filled, 1, &Job::default()).unwrap();
+        assert_eq!(filled.coverage().covered, 4);
     }
 
     #[test]
     fn nothing_is_filled_where_there_is_no_mirror() {
         let mut filled = mirror(UVec2::new(4, 4), &[0]);
         filled.origin.values_mut()[1].w = 0.0;
-        pull_push(&mut filled, 2);
+        pull_push(&mut filled, 2, &Job::default()).unwrap();
         assert!(
             filled.at(1).is_none(),
             "a pixel without mirror shows something"

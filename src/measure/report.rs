@@ -8,6 +8,8 @@ use serde::Serialize;
 use crate::cloud::Repairs;
 use crate::gbuffer::Coverage;
 use crate::plan::Plan;
+use crate::reflect::MirrorCoverage;
+use crate::reflect::sscr::root_find::SearchCounts;
 use crate::timing::PassTime;
 
 /// What a run did, what it took, and what came out.
@@ -84,6 +86,32 @@ pub struct BounceReport {
     pub coverage: f64,
     /// Share of the mirror's pixels that are covered after closing, 0 to 1.
     pub coverage_closed: f64,
+    /// Share of the mirror's pixels that show a mirror, which is black there, 0 to 1.
+    pub mirrors_seen: f64,
+}
+
+impl BounceReport {
+    /// The report of a bounce: what the search counted, and what the mirrors show before and after closing.
+    pub fn new(
+        bounce: u32,
+        regions: u64,
+        counts: SearchCounts,
+        searched: MirrorCoverage,
+        closed: MirrorCoverage,
+    ) -> Self {
+        Self {
+            bounce,
+            regions,
+            points_offered: counts.offered,
+            points_hit: counts.hit,
+            hit_rate: share(counts.hit, counts.offered),
+            hits: counts.hits,
+            mean_steps: share(counts.steps, counts.offered),
+            coverage: share(searched.covered, searched.pixels),
+            coverage_closed: share(closed.covered, closed.pixels),
+            mirrors_seen: share(closed.mirrors, closed.pixels),
+        }
+    }
 }
 
 /// `part` of `whole`, 0 to 1; of nothing it is 0.

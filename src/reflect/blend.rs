@@ -5,17 +5,23 @@ use rayon::prelude::*;
 
 use super::MirrorGBuffer;
 use crate::backend::cpu::Cpu;
+use crate::error::Result;
 use crate::gbuffer::GBuffer;
 use crate::grid::Grid;
+use crate::job::Job;
 
 /// Adds what the mirrors show to `radiance`, which holds the points' own part. Without light (`shown` is `None`) mirrors
 /// show albedo, as everything else does; where they see nothing they are black.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
 pub fn blend(
     radiance: &mut Grid<Vec4>,
     gbuffer: &GBuffer<Cpu>,
     mirror: &MirrorGBuffer<Cpu>,
     shown: Option<&Grid<Vec4>>,
-) {
+    job: &Job,
+) -> Result<()> {
     let pixels = radiance
         .values_mut()
         .par_iter_mut()
@@ -37,4 +43,5 @@ pub fn blend(
             };
             *radiance += (reflected * own.w).truncate().extend(0.0);
         });
+    job.check()
 }

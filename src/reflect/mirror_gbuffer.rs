@@ -2,14 +2,15 @@
 
 use glam::{UVec2, Vec4};
 
-use super::Surface;
+use super::{MirrorCoverage, Surface};
 use crate::backend::Backend;
 use crate::backend::cpu::Cpu;
+use crate::error::Result;
 use crate::gbuffer::average::Pixel;
 use crate::grid::Grid;
 
 /// What each mirror pixel shows: one surfel, seen along the reflected ray.
-pub struct MirrorGBuffer<B: Backend + ?Sized> {
+pub struct MirrorGBuffer<B: Backend> {
     /// Where each ray starts, the mirror's point relative to the scene's origin; w is 1 on a mirror, else 0.
     pub origin: B::Grid<Vec4>,
     /// Unit direction of each ray. What is seen is at origin + direction x distance.
@@ -26,6 +27,25 @@ pub struct MirrorGBuffer<B: Backend + ?Sized> {
     pub count: B::Grid<u32>,
     /// How the pixel was found: 0 by the search, n filled from pull level n, -1 by a ray.
     pub level: B::Grid<f32>,
+}
+
+impl<B: Backend> MirrorGBuffer<B> {
+    /// The buffer in main memory.
+    ///
+    /// # Errors
+    /// What the backend meets.
+    pub fn take(self, backend: &mut B) -> Result<MirrorGBuffer<Cpu>> {
+        Ok(MirrorGBuffer {
+            origin: backend.take(self.origin)?,
+            direction: backend.take(self.direction)?,
+            surface: backend.take(self.surface)?,
+            albedo: backend.take(self.albedo)?,
+            material: backend.take(self.material)?,
+            region: backend.take(self.region)?,
+            count: backend.take(self.count)?,
+            level: backend.take(self.level)?,
+        })
+    }
 }
 
 impl MirrorGBuffer<Cpu> {
@@ -72,14 +92,38 @@ impl MirrorGBuffer<Cpu> {
     }
 
     /// Lets the value `index` show `pixel`.
-    pub(crate) fn put(&mut self, index: usize, pixel: Pixel) {
+    pub(crate) fn show(&mut self, index: usize, pixel: Pixel) {
         self.surface.values_mut()[index] = pixel.surface;
         self.albedo.values_mut()[index] = pixel.albedo;
         self.material.values_mut()[index] = pixel.material;
     }
 
-    /// Number of pixels that show something.
-    pub fn covered(&self) -> u64 {
-        self.material.values().iter().filter(|m| m.w > 0.0).count() as u64
+    /// The buffer on a backend.
+    ///
+    /// # Errors
+    /// What the backend meets.
+    pub fn put<B: Backend>(self, backend: &mut B) -> Result<MirrorGBuffer<B>> {
+        Ok(MirrorGBuffer {
+            origin: backend.put(self.origin)?,
+            direction: backend.put(self.direction)?,
+            surface: backend.put(self.surface)?,
+            albedo: backend.put(self.albedo)?,
+            material: backend.put(self.material)?,
+            region: backend.put(self.region)?,
+            count: backend.put(self.count)?,
+            level: backend.put(self.level)?,
+        })
+    }
+
+    /// How many pixels show something.
+    pub fn coverage(&self) -> MirrorCoverage {
+        let mut coverage = MirrorCoverage::default();
+        let pixels = self.origin.values().iter().zip(self.material.values());
+        for ((origin, material), albedo) in pixels.zip(self.albedo.values()) {
+            coverage.pixels += u64::from(origin.w > 0.0);
+            coverage.covered += u64::from(material.w > 0.0);
+            coverage.mirrors += u64::from(material.w > 0.0 && albedo.w > 0.0);
+        }
+        coverage
     }
 }

@@ -4,7 +4,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec2, Vec3, Vec4};
 
 use crate::backend::Backend;
+use crate::backend::cpu::Cpu;
 use crate::{setting_choice, settings_group};
+use sscr::{LhcMap, Region};
 
 mod blend;
 mod mirror_gbuffer;
@@ -37,7 +39,7 @@ settings_group! {
 }
 
 /// From where a surface is seen: the camera, or, mirror bounce by mirror bounce, the mirror point of each pixel.
-pub enum Eye<B: Backend + ?Sized> {
+pub enum Eye<B: Backend> {
     /// One point, relative to the scene's origin.
     Point(Vec3),
     /// A point per pixel, relative to the scene's origin.
@@ -45,7 +47,7 @@ pub enum Eye<B: Backend + ?Sized> {
 }
 
 /// The mirrors that a G-buffer shows: what a reflection method works on.
-pub struct Surface<B: Backend + ?Sized> {
+pub struct Surface<B: Backend> {
     /// Width and height, pixels.
     pub size: UVec2,
     /// Point on the mirror relative to the scene's origin; w is 1 on the front of a mirror, else 0.
@@ -54,6 +56,30 @@ pub struct Surface<B: Backend + ?Sized> {
     pub normal: B::Grid<Vec4>,
     /// From where it is seen.
     pub eye: Eye<B>,
+}
+
+/// The mirrors of a picture, labelled: what a search works on.
+pub struct LabelledMirrors<'a, B: Backend> {
+    /// The mirrors.
+    pub surface: &'a Surface<B>,
+    /// Region of each pixel, counted from 1; 0 where there is none.
+    pub labels: &'a B::Grid<u32>,
+    /// The regions, largest first; region k is `regions[k - 1]`.
+    pub regions: &'a [Region],
+    /// The picture's x axis in the scene, unit length.
+    pub right: Vec3,
+}
+
+impl<'a> LabelledMirrors<'a, Cpu> {
+    /// The mirrors of a picture with the unit x axis `right`, and their regions.
+    pub fn new(surface: &'a Surface<Cpu>, lhc: &'a LhcMap, right: Vec3) -> Self {
+        Self {
+            surface,
+            labels: &lhc.labels,
+            regions: &lhc.regions,
+            right,
+        }
+    }
 }
 
 /// A point of the cloud, and the mirror pixel that shows it.
@@ -66,4 +92,17 @@ pub struct Hit {
     pub pixel: Vec2,
     /// Distance from the mirror point, in the cloud's unit.
     pub distance: f32,
+    /// Half the sides of its splat, along x and y, pixels.
+    pub reach: Vec2,
+}
+
+/// How many pixels of the mirrors show something.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct MirrorCoverage {
+    /// Pixels of mirrors.
+    pub pixels: u64,
+    /// Those of them that show something.
+    pub covered: u64,
+    /// Those of them that show a mirror, which is black.
+    pub mirrors: u64,
 }

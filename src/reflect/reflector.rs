@@ -1,31 +1,24 @@
-//! What the mirrors show, by the method of choice: the way from the camera's G-buffer to the mirrors'.
-//!
-//! Mirrors run on the processor, whichever backend runs the rest.
+//! What the mirrors show, by the method of choice: the way from a G-buffer to the mirrors', written once for all backends.
 
 use std::sync::Arc;
 
 use super::ray_trace::{RayTraceSettings, RayTracer};
-use super::sscr::accumulate::Accumulator;
-use super::sscr::curvature::{Axes, curvature};
-use super::sscr::distribute::distribute;
+use super::sscr::curvature::Axes;
 use super::sscr::lhc::Labeller;
-use super::sscr::root_find::{RootFindParams, RootFinder, SearchCounts};
-use super::{Hit, Method, MirrorGBuffer, Surface};
-use crate::backend::cpu::Cpu;
+use super::sscr::root_find::SearchCounts;
+use super::{LabelledMirrors, Method, MirrorGBuffer, Surface};
+use crate::backend::{Backend, Cloud};
 use crate::cloud::Surfels;
 use crate::error::Result;
-use crate::gbuffer::pull_push::pull_push;
 use crate::gbuffer::{GBuffer, SplatSettings};
 use crate::job::Job;
 use crate::measure::BounceReport;
 use crate::settings::Settings;
-use crate::timing::Timings;
 
 /// Finds what mirrors show. Keeps working memory and the rays' tree between frames.
 #[derive(Debug, Default)]
 pub struct Reflector {
     labeller: Labeller,
-    accumulator: Accumulator,
     tracer: Option<Tracer>,
 }
 
@@ -42,134 +35,82 @@ impl Reflector {
     /// What the mirrors in a G-buffer show, after closing. `diagonal` is that of the scene's box.
     ///
     /// # Errors
-    /// [`crate::Error::Memory`] where the rays' tree would not fit, [`crate::Error::Cancelled`].
-    pub fn reflect(
+    /// [`crate::Error::Memory`] where the rays' tree would not fit, what the backend meets, [`crate::Error::Cancelled`].
+    pub fn reflect<B: Backend>(
         &mut self,
-        gbuffer: &GBuffer<Cpu>,
-        surfels: &Arc<Surfels>,
+        backend: &mut B,
+        cloud: &Cloud<B>,
+        gbuffer: &GBuffer<B>,
         diagonal: f32,
         settings: &Settings,
-        timings: &mut Timings,
         job: &Job,
-    ) -> Result<(MirrorGBuffer<Cpu>, BounceReport)> {
+    ) -> Result<(MirrorGBuffer<B>, BounceReport)> {
         job.progress("reflecting", 0, 0)?;
-        let surface = timings.time("surface", || Surface::of(gbuffer));
-        let mut mirror = timings.time("reflected_rays", || MirrorGBuffer::of(&surface));
+        let surface = backend.surface(gbuffer, job)?;
+        let mut mirror = backend.reflected_rays(&surface, job)?;
 
         // Regions: both methods note them.
-        let cells = timings.time("curvature", || {
-            curvature(&surface, Axes::from(&gbuffer.pinhole), &settings.lhc)
-        });
-        let regions = timings.time("lhc", || {
-            let lhc = self.labeller.lhc(&cells);
-            mirror
-                .region
-                .values_mut()
-                .copy_from_slice(lhc.labels.values());
-            lhc.regions.len() as u64
-        });
+        let axes = Axes::from(&gbuffer.pinhole);
+        let cells = backend.curvature(&surface, axes, &settings.lhc, job)?;
+        let cells = backend.take(cells)?;
+        let labeller = &mut self.labeller;
+        let lhc = (backend.timings()).time("lhc", || labeller.lhc(&cells));
+        let regions = lhc.regions.len() as u64;
+        mirror.region = backend.write(lhc.labels.size(), lhc.labels.values())?;
         job.check()?;
 
-        let (counts, hits) = match settings.reflect.method {
+        let (mut counts, mut searched) = (SearchCounts::default(), None);
+        match settings.reflect.method {
             Method::RayTrace => {
-                self.trace(&surface, &mut mirror, surfels, settings, timings, job)?;
-                (SearchCounts::default(), 0)
+                mirror = self.trace(backend, surface, mirror, cloud, settings, job)?;
             }
             Method::Sscr => {
-                let (hits, counts) =
-                    self.search(&surface, gbuffer, surfels, settings, timings, job)?;
-                timings.time("accumulate", || {
-                    self.accumulator.accumulate(
-                        &hits,
-                        surfels,
-                        &mut mirror,
-                        &settings.sscr,
-                        diagonal,
-                    );
-                });
-                (counts, hits.len() as u64)
+                let mirrors = LabelledMirrors {
+                    surface: &surface,
+                    labels: &mirror.region,
+                    regions: &lhc.regions,
+                    right: gbuffer.pinhole.right,
+                };
+                let found =
+                    backend.root_find(&cloud.points, &mirrors, &settings.sscr, diagonal, job)?;
+                counts = found.1;
+                backend.accumulate(&found.0, &cloud.points, &mut mirror, &settings.sscr, job)?;
+                let coverage = backend.mirror_coverage(&mirror, job)?;
+                backend.pull_push(&mut mirror, settings.sscr.pull_levels, job)?;
+                searched = Some(coverage);
             }
-        };
-        job.check()?;
-        let (mirrors, covered) = (surface.pixels(), mirror.covered());
-        if settings.reflect.method == Method::Sscr {
-            timings.time("pull_push", || {
-                pull_push(&mut mirror, settings.sscr.pull_levels);
-            });
         }
-        let share = |part: u64, whole: u64| {
-            if whole > 0 {
-                part as f64 / whole as f64
-            } else {
-                0.0
-            }
-        };
-        let report = BounceReport {
-            bounce: 1,
-            regions,
-            points_offered: counts.offered,
-            points_hit: counts.hit,
-            hit_rate: share(counts.hit, counts.offered),
-            hits,
-            mean_steps: share(counts.steps, counts.offered),
-            coverage: share(covered, mirrors),
-            coverage_closed: share(mirror.covered(), mirrors),
-        };
+        let closed = backend.mirror_coverage(&mirror, job)?;
+        let report = BounceReport::new(1, regions, counts, searched.unwrap_or(closed), closed);
         Ok((mirror, report))
     }
 
-    /// Searches every point in the region that it is given, once a pass.
-    fn search(
-        &self,
-        surface: &Surface<Cpu>,
-        gbuffer: &GBuffer<Cpu>,
-        surfels: &Surfels,
-        settings: &Settings,
-        timings: &mut Timings,
-        job: &Job,
-    ) -> Result<(Vec<Hit>, SearchCounts)> {
-        let lhc = self.labeller.map();
-        let params = RootFindParams::from(&settings.sscr);
-        let finder = timings.time("root_find", || {
-            RootFinder::new(surface, lhc, gbuffer.pinhole.right, params)
-        })?;
-        let (mut hits, mut counts) = (Vec::new(), SearchCounts::default());
-        for pass in 0..settings.sscr.passes {
-            let region =
-                |point: u32| distribute(&lhc.regions, settings.sscr.distribution, point, pass);
-            let (found, counted) =
-                timings.time("root_find", || finder.search(&surfels.places, region, job))?;
-            hits.extend(found);
-            counts.offered += counted.offered;
-            counts.hit += counted.hit;
-            counts.steps += counted.steps;
-        }
-        Ok((hits, counts))
-    }
-
     /// Traces the reflected rays, with a tree that is built where there is none for this cloud.
-    fn trace(
+    fn trace<B: Backend>(
         &mut self,
-        surface: &Surface<Cpu>,
-        mirror: &mut MirrorGBuffer<Cpu>,
-        surfels: &Arc<Surfels>,
+        backend: &mut B,
+        surface: Surface<B>,
+        mirror: MirrorGBuffer<B>,
+        cloud: &Cloud<B>,
         settings: &Settings,
-        timings: &mut Timings,
         job: &Job,
-    ) -> Result<()> {
+    ) -> Result<MirrorGBuffer<B>> {
+        let surface = surface.take(backend)?;
+        let mut traced = mirror.take(backend)?;
         let kept = self.tracer.take().filter(|t| {
-            Arc::ptr_eq(&t.surfels, surfels)
+            Arc::ptr_eq(&t.surfels, &cloud.surfels)
                 && t.splat == settings.splat
                 && t.settings == settings.ray_trace
         });
+        let timings = backend.timings();
         let tracer = match kept {
             Some(tracer) => tracer,
             None => Tracer {
-                surfels: Arc::clone(surfels),
+                surfels: Arc::clone(&cloud.surfels),
                 splat: settings.splat.clone(),
                 settings: settings.ray_trace.clone(),
                 tracer: RayTracer::new(
-                    surfels,
+                    &cloud.surfels,
                     &settings.splat,
                     &settings.ray_trace,
                     timings,
@@ -178,6 +119,7 @@ impl Reflector {
             },
         };
         let tracer = self.tracer.insert(tracer);
-        tracer.tracer.trace(surface, mirror, timings, job)
+        tracer.tracer.trace(&surface, &mut traced, timings, job)?;
+        traced.put(backend)
     }
 }

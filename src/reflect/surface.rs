@@ -4,9 +4,29 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::{Eye, Surface};
+use crate::backend::Backend;
 use crate::backend::cpu::Cpu;
+use crate::error::Result;
 use crate::gbuffer::{GBuffer, column_row};
 use crate::grid::Grid;
+
+impl<B: Backend> Surface<B> {
+    /// The surface in main memory.
+    ///
+    /// # Errors
+    /// What the backend meets.
+    pub fn take(self, backend: &mut B) -> Result<Surface<Cpu>> {
+        Ok(Surface {
+            size: self.size,
+            point: backend.take(self.point)?,
+            normal: backend.take(self.normal)?,
+            eye: match self.eye {
+                Eye::Point(eye) => Eye::Point(eye),
+                Eye::PerPixel(eyes) => Eye::PerPixel(backend.take(eyes)?),
+            },
+        })
+    }
+}
 
 impl Surface<Cpu> {
     /// The mirrors that the camera sees from the front.

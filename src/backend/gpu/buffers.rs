@@ -9,7 +9,7 @@ use bytemuck::Pod;
 use glam::UVec2;
 
 use super::device::{Device, lock};
-use crate::cloud::{Finish, Place};
+use crate::cloud::{Finish, Place, Surfels};
 use crate::error::{Error, Result};
 
 /// Offsets of bindings are multiples of this, bytes: WebGPU's default limit.
@@ -295,6 +295,8 @@ pub(super) struct PointBand {
 #[derive(Debug)]
 pub struct GpuPoints {
     pub(super) bands: Vec<PointBand>,
+    /// The same in main memory, for stages that run there.
+    pub(super) surfels: Arc<Surfels>,
 }
 
 impl PointBand {
@@ -314,9 +316,9 @@ impl GpuPoints {
     pub(super) fn upload(
         pool: &Arc<Pool>,
         limits: &wgpu::Limits,
-        places: &[Place],
-        finishes: &[Finish],
+        surfels: &Arc<Surfels>,
     ) -> Result<Self> {
+        let (places, finishes) = (&surfels.places, &surfels.finishes);
         let band = (limits
             .max_storage_buffer_binding_size
             .min(limits.max_buffer_size)
@@ -334,6 +336,9 @@ impl GpuPoints {
             buffers.finishes.upload(0, bytemuck::cast_slice(finishes))?;
             bands.push(buffers);
         }
-        Ok(Self { bands })
+        Ok(Self {
+            bands,
+            surfels: Arc::clone(surfels),
+        })
     }
 }

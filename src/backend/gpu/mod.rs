@@ -18,6 +18,10 @@ use crate::gi::GiSettings;
 use crate::grid::Grid;
 use crate::image::ImageSettings;
 use crate::job::Job;
+use crate::reflect::sscr::SscrSettings;
+use crate::reflect::sscr::curvature::{Axes, LhcSettings};
+use crate::reflect::sscr::root_find::SearchCounts;
+use crate::reflect::{Hit, LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
 use crate::timing::Timings;
 
 mod buffers;
@@ -26,6 +30,7 @@ mod edl;
 mod fill;
 mod kernel;
 mod layout;
+mod mirrors;
 mod shade;
 mod shaders;
 mod smooth;
@@ -79,6 +84,7 @@ impl Gpu {
 impl Backend for Gpu {
     type Grid<T: Pod> = GpuGrid<T>;
     type Points = GpuPoints;
+    type Hits = Vec<Hit>;
 
     fn name(&self) -> &'static str {
         "gpu"
@@ -88,18 +94,13 @@ impl Backend for Gpu {
         Some(self.device.adapter().to_owned())
     }
 
-    fn take_timings(&mut self) -> Timings {
-        std::mem::take(&mut self.timings)
+    fn timings(&mut self) -> &mut Timings {
+        &mut self.timings
     }
 
     fn upload(&mut self, surfels: &Arc<Surfels>) -> Result<GpuPoints> {
         let start = std::time::Instant::now();
-        let points = GpuPoints::upload(
-            &self.pool,
-            &self.device.limits,
-            &surfels.places,
-            &surfels.finishes,
-        )?;
+        let points = GpuPoints::upload(&self.pool, &self.device.limits, surfels)?;
         self.timings.add("upload", start.elapsed());
         Ok(points)
     }
@@ -165,6 +166,88 @@ impl Backend for Gpu {
         self.run_edl(gbuffer, settings, job)
     }
 
+    fn surface(&mut self, gbuffer: &GBuffer<Self>, job: &Job) -> Result<Surface<Self>> {
+        self.run_surface(gbuffer, job)
+    }
+
+    fn reflected_rays(
+        &mut self,
+        surface: &Surface<Self>,
+        job: &Job,
+    ) -> Result<MirrorGBuffer<Self>> {
+        self.run_reflected_rays(surface, job)
+    }
+
+    fn curvature(
+        &mut self,
+        surface: &Surface<Self>,
+        axes: Axes,
+        settings: &LhcSettings,
+        job: &Job,
+    ) -> Result<GpuGrid<u8>> {
+        self.run_curvature(surface, axes, settings, job)
+    }
+
+    fn root_find(
+        &mut self,
+        points: &GpuPoints,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        diagonal: f32,
+        job: &Job,
+    ) -> Result<(Vec<Hit>, SearchCounts)> {
+        self.run_root_find(points, mirrors, settings, diagonal, job)
+    }
+
+    fn accumulate(
+        &mut self,
+        hits: &Vec<Hit>,
+        points: &GpuPoints,
+        mirror: &mut MirrorGBuffer<Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<()> {
+        self.run_accumulate(hits, points, mirror, settings, job)
+    }
+
+    fn mirror_coverage(
+        &mut self,
+        mirror: &MirrorGBuffer<Self>,
+        job: &Job,
+    ) -> Result<MirrorCoverage> {
+        self.run_mirror_coverage(mirror, job)
+    }
+
+    fn pull_push(
+        &mut self,
+        mirror: &mut MirrorGBuffer<Self>,
+        levels: u32,
+        job: &Job,
+    ) -> Result<()> {
+        self.run_pull_push(mirror, levels, job)
+    }
+
+    fn shade_mirror(
+        &mut self,
+        mirror: &MirrorGBuffer<Self>,
+        lights: &[LitBy<Self>],
+        settings: &GiSettings,
+        job: &Job,
+    ) -> Result<GpuGrid<Vec4>> {
+        self.run_shade_mirror(mirror, lights, settings, job)
+    }
+
+    fn blend(
+        &mut self,
+        radiance: &mut GpuGrid<Vec4>,
+        gbuffer: &GBuffer<Self>,
+        mirror: &MirrorGBuffer<Self>,
+        shown: Option<&GpuGrid<Vec4>>,
+        job: &Job,
+    ) -> Result<()> {
+        self.run_blend(radiance, gbuffer, mirror, shown, job)
+    }
+
     fn take<T: Pod>(&mut self, grid: GpuGrid<T>) -> Result<Grid<T>> {
         let values = grid.download()?.into_owned();
         Grid::from_vec(grid.size(), values)
@@ -173,6 +256,10 @@ impl Backend for Gpu {
 
     fn read<'a, T: Pod>(&mut self, grid: &'a GpuGrid<T>) -> Result<Cow<'a, [T]>> {
         grid.download()
+    }
+
+    fn put<T: Pod>(&mut self, grid: Grid<T>) -> Result<GpuGrid<T>> {
+        self.write(grid.size(), grid.values())
     }
 
     fn write<T: Pod>(&mut self, size: UVec2, values: &[T]) -> Result<GpuGrid<T>> {

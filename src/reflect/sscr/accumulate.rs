@@ -11,11 +11,13 @@ use wide::{f32x4, i32x4};
 use super::settings::{SscrSettings, Visibility};
 use crate::backend::cpu::Cpu;
 use crate::cloud::{Finish, Place, Surfels};
+use crate::error::Result;
 use crate::gbuffer::average::{Pixel, average};
 use crate::gbuffer::disc::{PixelRect, weight};
 use crate::gbuffer::tiles::Tiles;
 use crate::gbuffer::visibility::{Sums, attributes, scale};
 use crate::gbuffer::{Class, EMPTY, depth_from_key, depth_key, same_class};
+use crate::job::Job;
 use crate::reflect::{Hit, MirrorGBuffer};
 
 /// A ray that meets a surfel's plane at more than this many times the distance of the hit, or less than its inverse, takes
@@ -33,8 +35,6 @@ struct Context<'a> {
     surfels: &'a Surfels,
     mirror: &'a MirrorGBuffer<Cpu>,
     settings: &'a SscrSettings,
-    /// Distance from which on splats are one pixel.
-    far: f32,
 }
 
 /// A surfel that a mirror shows.
@@ -44,7 +44,7 @@ struct Splat {
     finish: Finish,
     pixel: Vec2,
     distance: f32,
-    half: f32,
+    half: Vec2,
     region: u32,
     bounds: PixelRect,
 }
@@ -57,21 +57,15 @@ struct Fragment {
 }
 
 impl Context<'_> {
-    /// Half the side of a hit's splat, pixels: it falls linearly with distance to half a pixel.
-    fn half(&self, hit: &Hit) -> f32 {
-        let nearness = (1.0 - hit.distance / self.far).max(0.0);
-        0.5 * (1.0 + (self.settings.max_splat - 1.0) * nearness)
-    }
-
     /// Pixels whose centres a hit's splat covers, at least the one it lies in.
     fn bounds(&self, hit: &Hit) -> Option<PixelRect> {
-        let (half, size) = (self.half(hit), self.mirror.size().as_vec2());
+        let (half, size) = (hit.reach, self.mirror.size().as_vec2());
         let cut = |v: f32, limit: f32| v.clamp(0.0, limit) as u32;
         let rect = PixelRect {
-            x0: cut(hit.pixel.x - half + 0.5, size.x).min(cut(hit.pixel.x, size.x)),
-            y0: cut(hit.pixel.y - half + 0.5, size.y).min(cut(hit.pixel.y, size.y)),
-            x1: cut(hit.pixel.x + half + 0.5, size.x).max(cut(hit.pixel.x + 1.0, size.x)),
-            y1: cut(hit.pixel.y + half + 0.5, size.y).max(cut(hit.pixel.y + 1.0, size.y)),
+            x0: cut(hit.pixel.x - half.x + 0.5, size.x).min(cut(hit.pixel.x, size.x)),
+            y0: cut(hit.pixel.y - half.y + 0.5, size.y).min(cut(hit.pixel.y, size.y)),
+            x1: cut(hit.pixel.x + half.x + 0.5, size.x).max(cut(hit.pixel.x + 1.0, size.x)),
+            y1: cut(hit.pixel.y + half.y + 0.5, size.y).max(cut(hit.pixel.y + 1.0, size.y)),
         };
         (!rect.is_empty()).then_some(rect)
     }
@@ -85,7 +79,7 @@ impl Context<'_> {
             finish: *self.surfels.finishes.get(index)?,
             pixel: hit.pixel,
             distance: hit.distance,
-            half: self.half(hit),
+            half: hit.reach,
             region: *self.mirror.region.values().get(at)?,
             bounds: self.bounds(hit)?,
         })
@@ -106,7 +100,7 @@ impl Context<'_> {
         let distance = if near { met } else { splat.distance };
         let aside = (direction * distance - to_surfel).length() / splat.place.radius;
         let centre = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-        let t = (centre - splat.pixel).length_squared() / (2.0 * splat.half * splat.half);
+        let t = 0.5 * ((centre - splat.pixel) / splat.half).length_squared();
         Some(Fragment {
             distance,
             weight: weight(t.min(1.0)) / (1.0 + aside * aside),
@@ -201,29 +195,34 @@ impl Context<'_> {
 }
 
 impl Accumulator {
-    /// Splats `hits` onto `mirror`, whose rays and regions say where. `diagonal` is that of the scene's box.
+    /// Splats `hits` onto `mirror`, whose rays and regions say where.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
     pub fn accumulate(
         &mut self,
         hits: &[Hit],
         surfels: &Surfels,
         mirror: &mut MirrorGBuffer<Cpu>,
         settings: &SscrSettings,
-        diagonal: f32,
-    ) {
+        job: &Job,
+    ) -> Result<()> {
         let size = mirror.size();
-        let far = (settings.mirror_far * diagonal).max(f32::MIN_POSITIVE);
         let context = Context {
             surfels,
             mirror,
             settings,
-            far,
         };
         self.tiles
             .sort(size, hits.len(), |i| context.bounds(&hits[i]));
+        job.check()?;
         let (tiles, side) = (&self.tiles, self.tiles.side);
         let seen: Vec<Vec<(usize, Pixel, u32)>> = (0..(tiles.count.x * tiles.count.y) as usize)
             .into_par_iter()
             .map(|tile| {
+                if job.is_cancelled() {
+                    return Vec::new();
+                }
                 let splats: Vec<Splat> = tiles
                     .entries(tile)
                     .filter_map(|i| context.splat(&hits[i as usize]))
@@ -245,9 +244,11 @@ impl Accumulator {
                 pixels
             })
             .collect();
+        job.check()?;
         for (index, pixel, count) in seen.into_iter().flatten() {
-            mirror.put(index, pixel);
+            mirror.show(index, pixel);
             mirror.count.values_mut()[index] = count;
         }
+        Ok(())
     }
 }

@@ -3,13 +3,13 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::Region;
 use super::mirror_error::MirrorPoint;
-use super::{LhcMap, Region};
 use crate::backend::cpu::Cpu;
 use crate::cloud::require_memory;
 use crate::error::Result;
 use crate::gbuffer::disc::PixelRect;
-use crate::reflect::{Eye, Surface};
+use crate::reflect::{Eye, LabelledMirrors};
 
 /// All that the search asks of a pixel, in one cache line: its steps jump about the picture.
 #[derive(Debug, Clone, Copy)]
@@ -29,12 +29,12 @@ pub(super) struct MirrorPixels {
 }
 
 impl MirrorPixels {
-    /// Lays out the mirrors of a picture with the unit x axis `right`.
+    /// Lays out the mirrors of a picture.
     ///
     /// # Errors
     /// [`crate::Error::Memory`] where the picture is too large.
-    pub(super) fn new(surface: &Surface<Cpu>, lhc: &LhcMap, right: Vec3) -> Result<Self> {
-        let bounds = around(&lhc.regions);
+    pub(super) fn new(mirrors: &LabelledMirrors<'_, Cpu>) -> Result<Self> {
+        let bounds = around(mirrors.regions);
         let width = bounds.x1.saturating_sub(bounds.x0) as usize;
         let height = bounds.y1.saturating_sub(bounds.y0) as usize;
         let memory = (width * height * size_of::<MirrorPixel>()) as u64;
@@ -44,7 +44,7 @@ impl MirrorPixels {
                 bounds.x0 as usize + i % width,
                 bounds.y0 as usize + i / width,
             );
-            mirror_pixel(surface, lhc, right, x, y).unwrap_or(NO_MIRROR)
+            mirror_pixel(mirrors, x, y).unwrap_or(NO_MIRROR)
         };
         Ok(Self {
             bounds,
@@ -80,14 +80,9 @@ const NO_MIRROR: MirrorPixel = MirrorPixel {
 };
 
 /// The mirror in column `x`, row `y`; `None` where there is none.
-fn mirror_pixel(
-    surface: &Surface<Cpu>,
-    lhc: &LhcMap,
-    right: Vec3,
-    x: usize,
-    y: usize,
-) -> Option<MirrorPixel> {
-    let region = *lhc.labels.get(x, y)?;
+fn mirror_pixel(mirrors: &LabelledMirrors<'_, Cpu>, x: usize, y: usize) -> Option<MirrorPixel> {
+    let surface = mirrors.surface;
+    let region = *mirrors.labels.get(x, y)?;
     let point = surface.point.get(x, y)?;
     if region == 0 || point.w <= 0.0 {
         return None;
@@ -97,7 +92,13 @@ fn mirror_pixel(
         Eye::Point(eye) => *eye,
         Eye::PerPixel(eyes) => eyes.get(x, y)?.truncate(),
     };
-    let mirror = MirrorPoint::new(point.truncate(), normal.truncate(), normal.w, eye, right);
+    let mirror = MirrorPoint::new(
+        point.truncate(),
+        normal.truncate(),
+        normal.w,
+        eye,
+        mirrors.right,
+    );
     Some(MirrorPixel { mirror, region })
 }
 

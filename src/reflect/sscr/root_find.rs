@@ -7,15 +7,16 @@
 use glam::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::distribute::distribute;
 use super::mirror_error::{MirrorPoint, mirror_error};
 use super::mirror_pixels::MirrorPixels;
 use super::random::Random;
-use super::{LhcMap, Region, SscrSettings};
+use super::{Region, SscrSettings};
 use crate::backend::cpu::Cpu;
-use crate::cloud::Place;
+use crate::cloud::{Place, Surfels};
 use crate::error::Result;
 use crate::job::Job;
-use crate::reflect::{Hit, Surface};
+use crate::reflect::{Hit, LabelledMirrors};
 
 /// Smallest step that is still taken, pixels. The mirror is known at pixel centres, so that shorter steps seldom lead
 /// anywhere; already at 1 the sphere loses four hits in ten, since the last bracket of two often forms below it.
@@ -85,8 +86,19 @@ pub struct SearchCounts {
     pub offered: u64,
     /// Points that were found.
     pub hit: u64,
+    /// Places in the mirrors where they were found.
+    pub hits: u64,
     /// Steps in all.
     pub steps: u64,
+}
+
+impl std::ops::AddAssign for SearchCounts {
+    fn add_assign(&mut self, more: Self) {
+        self.offered += more.offered;
+        self.hit += more.hit;
+        self.hits += more.hits;
+        self.steps += more.steps;
+    }
 }
 
 /// The mirrors in which points are searched.
@@ -140,20 +152,14 @@ fn between(first: f32, last: f32, first_error: f32, last_error: f32) -> f32 {
 }
 
 impl<'a> RootFinder<'a> {
-    /// Readies the mirrors of a picture for searching; `right` is its x axis in the scene, unit length, which the first
-    /// component of errors follows.
+    /// Readies the mirrors of a picture for searching; the first component of errors follows the picture's x axis.
     ///
     /// # Errors
     /// [`crate::Error::Memory`] where the picture is too large.
-    pub fn new(
-        surface: &Surface<Cpu>,
-        lhc: &'a LhcMap,
-        right: Vec3,
-        params: RootFindParams,
-    ) -> Result<Self> {
+    pub fn new(mirrors: &LabelledMirrors<'a, Cpu>, params: RootFindParams) -> Result<Self> {
         Ok(Self {
-            regions: &lhc.regions,
-            mirrors: MirrorPixels::new(surface, lhc, right)?,
+            regions: mirrors.regions,
+            mirrors: MirrorPixels::new(mirrors)?,
             params,
         })
     }
@@ -272,7 +278,8 @@ impl<'a> RootFinder<'a> {
         })
     }
 
-    /// Searches for all points, each in the region that `region_of` gives it (none for some), on all cores.
+    /// Searches for all points, each in the region that `region_of` gives it (none for some), on all cores; `reach_at`
+    /// tells half the side of a splat, pixels, at a distance from the mirror.
     ///
     /// The hits are in the order of the points, the same for any number of threads.
     ///
@@ -282,6 +289,7 @@ impl<'a> RootFinder<'a> {
         &self,
         places: &[Place],
         region_of: impl Fn(u32) -> Option<u32> + Sync,
+        reach_at: impl Fn(f32) -> f32 + Sync,
         job: &Job,
     ) -> Result<(Vec<Hit>, SearchCounts)> {
         let chunks: Vec<(Vec<Hit>, SearchCounts)> = places
@@ -300,11 +308,13 @@ impl<'a> RootFinder<'a> {
                     match self.find(index, place.position, region) {
                         Outcome::Found(root) => {
                             counts.hit += 1;
+                            counts.hits += 1;
                             counts.steps += u64::from(root.steps);
                             hits.push(Hit {
                                 point: index,
                                 pixel: root.pixel,
                                 distance: root.distance,
+                                reach: Vec2::splat(reach_at(root.distance)),
                             });
                         }
                         Outcome::Lost(steps) => counts.steps += u64::from(steps),
@@ -317,12 +327,36 @@ impl<'a> RootFinder<'a> {
         let mut counts = SearchCounts::default();
         for (hits, part) in chunks {
             all.extend(hits);
-            counts.offered += part.offered;
-            counts.hit += part.hit;
-            counts.steps += part.steps;
+            counts += part;
         }
         Ok((all, counts))
     }
+}
+
+/// Searches every point in the region that it is given, once a pass of `sscr.passes`. `diagonal` is that of the scene's box.
+///
+/// # Errors
+/// [`crate::Error::Memory`] where the picture is too large, [`crate::Error::Cancelled`].
+pub fn root_find(
+    surfels: &Surfels,
+    mirrors: &LabelledMirrors<'_, Cpu>,
+    settings: &SscrSettings,
+    diagonal: f32,
+    job: &Job,
+) -> Result<(Vec<Hit>, SearchCounts)> {
+    let finder = RootFinder::new(mirrors, RootFindParams::from(settings))?;
+    let (mut hits, mut counts) = (Vec::new(), SearchCounts::default());
+    for pass in 0..settings.passes {
+        let (found, counted) = finder.search(
+            &surfels.places,
+            |point| distribute(mirrors.regions, settings.distribution, point, pass),
+            |distance| settings.splat_reach(distance, diagonal),
+            job,
+        )?;
+        hits.extend(found);
+        counts += counted;
+    }
+    Ok((hits, counts))
 }
 
 /// Width and height of a region's box, pixels.

@@ -30,6 +30,16 @@ setting_choice! {
     }
 }
 
+impl SscrSettings {
+    /// Half the side of a splat at a distance from the mirror, pixels: it falls linearly to half a pixel at
+    /// `sscr.mirror_far`. `diagonal` is that of the scene's box.
+    pub fn splat_reach(&self, distance: f32, diagonal: f32) -> f32 {
+        let far = (self.mirror_far * diagonal).max(f32::MIN_POSITIVE);
+        let nearness = (1.0 - distance / far).max(0.0);
+        0.5 * (1.0 + (self.max_splat - 1.0) * nearness)
+    }
+}
+
 settings_group! {
     /// How mirrors are searched for what they show.
     pub struct SscrSettings in "sscr" {

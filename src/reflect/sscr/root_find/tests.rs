@@ -5,7 +5,8 @@ use glam::Vec4;
 use super::*;
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
-use crate::reflect::Eye;
+use crate::reflect::sscr::LhcMap;
+use crate::reflect::{Eye, Surface};
 
 #[test]
 fn the_root_divides_the_step_as_the_errors_do() {
@@ -75,7 +76,7 @@ const PARAMS: RootFindParams = RootFindParams {
 #[test]
 fn a_flat_mirror_shows_a_point_halfway_to_its_mirror_image() {
     let (surface, lhc) = flat(UVec2::splat(100));
-    let finder = RootFinder::new(&surface, &lhc, Vec3::X, PARAMS).unwrap();
+    let finder = RootFinder::new(&LabelledMirrors::new(&surface, &lhc, Vec3::X), PARAMS).unwrap();
     // As far away as the eye: seen in the middle between both.
     let point = Vec3::new(80.0, -60.0, 1000.0);
     let mut found = 0;
@@ -93,7 +94,7 @@ fn a_flat_mirror_shows_a_point_halfway_to_its_mirror_image() {
 #[test]
 fn what_the_mirror_cannot_show_is_lost() {
     let (surface, lhc) = flat(UVec2::splat(100));
-    let finder = RootFinder::new(&surface, &lhc, Vec3::X, PARAMS).unwrap();
+    let finder = RootFinder::new(&LabelledMirrors::new(&surface, &lhc, Vec3::X), PARAMS).unwrap();
     let lost = |point: Vec3, region: u32| {
         (0..100).all(|i| matches!(finder.find(i, point, region), Outcome::Lost(_)))
     };
@@ -116,7 +117,8 @@ fn what_the_mirror_cannot_show_is_lost() {
 fn mirrors_of_a_few_pixels_are_searched_without_harm() {
     for size in [UVec2::ONE, UVec2::splat(2), UVec2::new(1, 100)] {
         let (surface, lhc) = flat(size);
-        let finder = RootFinder::new(&surface, &lhc, Vec3::X, PARAMS).unwrap();
+        let finder =
+            RootFinder::new(&LabelledMirrors::new(&surface, &lhc, Vec3::X), PARAMS).unwrap();
         for index in 0..100 {
             let point = Vec3::new(1.0, -1.0, 1000.0);
             if let Outcome::Found(root) = finder.find(index, point, 1) {
@@ -131,6 +133,6 @@ fn mirrors_of_a_few_pixels_are_searched_without_harm() {
         labels: Grid::new(UVec2::ONE, 0),
         regions: Vec::new(),
     };
-    let finder = RootFinder::new(&surface, &none, Vec3::X, PARAMS).unwrap();
+    let finder = RootFinder::new(&LabelledMirrors::new(&surface, &none, Vec3::X), PARAMS).unwrap();
     assert_eq!(finder.find(0, Vec3::Z, 1), Outcome::Lost(0), "no region");
 }
