@@ -97,7 +97,11 @@ impl Slices {
     /// The surfel number `k` of the slice that starts at `first`.
     pub fn surfel(&self, first: u32, k: u32) -> u32 {
         let index = first + k;
-        if index >= self.pool { index - self.pool } else { index }
+        if index >= self.pool {
+            index - self.pool
+        } else {
+            index
+        }
     }
 
     /// Maps that are made and used at a time.
@@ -107,7 +111,7 @@ impl Slices {
 }
 
 /// The maps of a batch of lights: one under the other.
-pub struct IsmMaps<B: Backend + ?Sized> {
+pub struct IsmMaps<B: Backend> {
     /// What they show.
     pub slices: Slices,
     /// Keys of all texels; [`EMPTY`] where a map shows nothing.
@@ -260,7 +264,10 @@ mod tests {
             );
             assert_eq!(key & ((1 << SURFEL_BITS) - 1), i, "the surfel stays");
         }
-        assert!(ism_key(f32::INFINITY, (1 << SURFEL_BITS) - 1) < EMPTY, "no key is empty");
+        assert!(
+            ism_key(f32::INFINITY, (1 << SURFEL_BITS) - 1) < EMPTY,
+            "no key is empty"
+        );
         assert!(ism_key(0.0, 0) < ism_key(1e-6, 0), "0 is nearest");
     }
 

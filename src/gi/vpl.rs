@@ -12,6 +12,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
 use super::SpotLight;
+use super::mirror_light::Leg;
 use crate::backend::cpu::Cpu;
 use crate::gbuffer::GBuffer;
 use crate::gbuffer::average::Pixel;
@@ -243,7 +244,7 @@ fn find(weights: impl Iterator<Item = f64>, mut target: f64) -> Option<(usize, f
 /// Draws `count` lights from what all lights see. None where nothing reflects.
 pub fn vpls(maps: &[LitMap], count: u32) -> Vec<Vpl> {
     // Rows of all maps, one after the other.
-    let rows: Vec<Row> = maps
+    let rows: Vec<Row<'_>> = maps
         .iter()
         .flat_map(|map| {
             let size = map.gbuffer.size().as_ivec2();
@@ -266,10 +267,7 @@ pub fn vpls(maps: &[LitMap], count: u32) -> Vec<Vpl> {
     let n = f64::from(count);
     (1..=u64::from(count))
         .filter_map(|k| {
-            let (row, v) = find(
-                rows.iter().map(|r| r.total),
-                radical_inverse(k, 2) * total,
-            )?;
+            let (row, v) = find(rows.iter().map(|r| r.total), radical_inverse(k, 2) * total)?;
             let row = rows.get(row)?;
             let (x, u) = find(
                 row.weights.iter().copied(),
@@ -289,4 +287,36 @@ struct Row<'a> {
     /// Luminance of what its texels reflect, W.
     weights: Vec<f64>,
     total: f64,
+}
+
+/// Mirror texels that send rays on, in each direction one of so many.
+const CAUSTIC_STEP: usize = 2;
+
+impl LitMap {
+    /// The rays that the mirrors send on of what they receive.
+    pub(super) fn mirrored(&self) -> impl Iterator<Item = Leg> + '_ {
+        let size = self.gbuffer.size().as_ivec2();
+        let texels = (0..size.y)
+            .step_by(CAUSTIC_STEP)
+            .flat_map(move |y| (0..size.x).step_by(CAUSTIC_STEP).map(move |x| (x, y)));
+        texels.filter_map(|(x, y)| {
+            let texel = self.texel(x, y)?;
+            let Pixel {
+                surface,
+                albedo,
+                material,
+            } = texel.seen;
+            let stands_for = (CAUSTIC_STEP * CAUSTIC_STEP) as f32;
+            let flux = texel.incident * (albedo.w * stands_for);
+            if albedo.w <= 0.0 || flux.max_element() <= 0.0 {
+                return None;
+            }
+            let position = self.gbuffer.pinhole.eye + texel.direction * surface.w;
+            let direction = texel.direction.normalize_or_zero();
+            Some(Leg {
+                spacing: material.z,
+                ..Leg::reflected(position, surface.truncate(), direction, flux)
+            })
+        })
+    }
 }

@@ -17,13 +17,13 @@ use crate::reflect::{Eye, Hit, LabelledMirrors, MirrorCoverage, MirrorGBuffer, S
 
 impl Gpu {
     /// A copy of a grid in main memory.
-    fn copy<T: bytemuck::Pod>(&mut self, grid: &GpuGrid<T>) -> Result<Grid<T>> {
+    pub(super) fn copy<T: bytemuck::Pod>(&mut self, grid: &GpuGrid<T>) -> Result<Grid<T>> {
         let values = grid.download()?.into_owned();
         Grid::from_vec(grid.size(), values)
             .ok_or_else(|| crate::Error::Gpu("it returned a picture of another size".into()))
     }
 
-    fn copy_gbuffer(&mut self, gbuffer: &GBuffer<Self>) -> Result<GBuffer<Cpu>> {
+    pub(super) fn copy_gbuffer(&mut self, gbuffer: &GBuffer<Self>) -> Result<GBuffer<Cpu>> {
         Ok(GBuffer {
             pinhole: gbuffer.pinhole,
             surface: self.copy(&gbuffer.surface)?,
@@ -44,7 +44,10 @@ impl Gpu {
         })
     }
 
-    fn copy_mirror(&mut self, mirror: &MirrorGBuffer<Self>) -> Result<MirrorGBuffer<Cpu>> {
+    pub(super) fn copy_mirror(
+        &mut self,
+        mirror: &MirrorGBuffer<Self>,
+    ) -> Result<MirrorGBuffer<Cpu>> {
         Ok(MirrorGBuffer {
             origin: self.copy(&mirror.origin)?,
             direction: self.copy(&mirror.direction)?,
@@ -58,7 +61,7 @@ impl Gpu {
     }
 
     /// Runs a stage on the processor, with its times in this backend's.
-    fn on_cpu<R>(&mut self, stage: impl FnOnce(&mut Cpu) -> Result<R>) -> Result<R> {
+    pub(super) fn on_cpu<R>(&mut self, stage: impl FnOnce(&mut Cpu) -> Result<R>) -> Result<R> {
         let mut cpu = Cpu::default();
         let result = stage(&mut cpu);
         for pass in &cpu.timings().passes {

@@ -15,6 +15,11 @@ use crate::cloud::Surfels;
 use crate::error::{Error, Result};
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings};
 use crate::gi::GiSettings;
+use crate::gi::indirect_filter::Window;
+use crate::gi::ism::{IsmMaps, Slices};
+use crate::gi::photons::PhotonMap;
+use crate::gi::receivers::Receivers;
+use crate::gi::vpl::Vpl;
 use crate::grid::Grid;
 use crate::image::ImageSettings;
 use crate::job::Job;
@@ -28,6 +33,7 @@ mod buffers;
 mod device;
 mod edl;
 mod fill;
+mod gi;
 mod kernel;
 mod layout;
 mod mirrors;
@@ -235,6 +241,71 @@ impl Backend for Gpu {
         job: &Job,
     ) -> Result<GpuGrid<Vec4>> {
         self.run_shade_mirror(mirror, lights, settings, job)
+    }
+
+    fn receivers(&mut self, gbuffer: &GBuffer<Self>, job: &Job) -> Result<Receivers<Self>> {
+        self.run_receivers(gbuffer, job)
+    }
+
+    fn mirror_receivers(
+        &mut self,
+        mirror: &MirrorGBuffer<Self>,
+        job: &Job,
+    ) -> Result<Receivers<Self>> {
+        self.run_mirror_receivers(mirror, job)
+    }
+
+    fn ism(
+        &mut self,
+        points: &GpuPoints,
+        vpls: &[Vpl],
+        slices: Slices,
+        job: &Job,
+    ) -> Result<IsmMaps<Self>> {
+        self.run_ism(points, vpls, slices, job)
+    }
+
+    fn gather(
+        &mut self,
+        receivers: &Receivers<Self>,
+        vpls: &[Vpl],
+        maps: &IsmMaps<Self>,
+        interleave: u32,
+        irradiance: &mut GpuGrid<Vec4>,
+        job: &Job,
+    ) -> Result<()> {
+        self.run_gather(receivers, vpls, maps, interleave, irradiance, job)
+    }
+
+    fn indirect_filter(
+        &mut self,
+        receivers: &Receivers<Self>,
+        irradiance: &GpuGrid<Vec4>,
+        window: Window,
+        job: &Job,
+    ) -> Result<GpuGrid<Vec4>> {
+        self.run_indirect_filter(receivers, irradiance, window, job)
+    }
+
+    fn photons(
+        &mut self,
+        receivers: &Receivers<Self>,
+        map: &PhotonMap,
+        irradiance: &mut GpuGrid<Vec4>,
+        job: &Job,
+    ) -> Result<()> {
+        self.run_photons(receivers, map, irradiance, job)
+    }
+
+    fn add_indirect(
+        &mut self,
+        albedo: &GpuGrid<Vec4>,
+        irradiance: &GpuGrid<Vec4>,
+        settings: &GiSettings,
+        radiance: &mut GpuGrid<Vec4>,
+        job: &Job,
+    ) -> Result<()> {
+        self.run_add_indirect(albedo, irradiance, settings, radiance, job)
     }
 
     fn blend(

@@ -1,0 +1,154 @@
+//! Pass `gather`: what the virtual point lights send to every pixel, as far as their maps let them. CPU twin of
+//! `shaders/gather.wgsl`.
+//!
+//! Irradiance of a diffuse light at a receiver: flux / pi x cos cos / (d^2 + s), where s is a quarter of the area that the
+//! light stands for, over pi: a light that is near is bounded as the surface is that it stands for, without a limit of
+//! someone's choice. Interleaved n x n, each pixel of a block takes another n^2-th part of the lights, n^2 times as bright
+//! [Keller and Heidrich 2001]: a contiguous part, which as a run of low-discrepancy numbers covers the lit surface evenly.
+
+use std::f32::consts::PI;
+
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::ism::{BIAS, BIAS_SPACINGS, BIAS_TEXELS, IsmMaps, Slices, ism_distance, texel_of};
+use super::receivers::Receivers;
+use super::vpl::{Vpl, luminance};
+use crate::backend::cpu::Cpu;
+use crate::error::Result;
+use crate::gbuffer::EMPTY;
+use crate::grid::Grid;
+use crate::job::Job;
+
+/// Rows of a task, at least.
+const ROWS: usize = 8;
+
+/// The lights of part `part` of `parts` of `count`: first and one past the last.
+pub fn part_of(count: u32, part: u32, parts: u32) -> (u32, u32) {
+    let bound = |part: u32| (u64::from(count) * u64::from(part) / u64::from(parts)) as u32;
+    (bound(part), bound(part + 1))
+}
+
+/// What one pixel gathers.
+struct Gatherer {
+    position: Vec3,
+    spacing: f32,
+    normal: Vec3,
+    specular: f32,
+    view: Vec3,
+    shininess: f32,
+    index: usize,
+    sum: Vec4,
+}
+
+fn dot(a: Vec3, b: Vec3) -> f32 {
+    a.x * b.x + a.y * b.y + a.z * b.z
+}
+
+impl Gatherer {
+    /// Adds what one light sends. Rgb is irradiance; w is the luminance of what the specular lobe turns towards the eye.
+    #[inline(always)]
+    fn add(&mut self, vpl: &Vpl, map: &[u32], slices: &Slices) {
+        let to = self.position - vpl.position;
+        let along = dot(to, vpl.normal);
+        let facing = -dot(to, self.normal);
+        if !(along > 0.0 && facing > 0.0) {
+            return;
+        }
+        let distance_squared = dot(to, to);
+        let distance = distance_squared.sqrt();
+        let across = Vec3::new(dot(to, vpl.right), dot(to, vpl.up), along);
+        let (column, row) = texel_of(across, distance, slices.side);
+        let cosine = facing / distance;
+        let key = map[(row * slices.side + column) as usize];
+        if key != EMPTY {
+            let slope = (1.0 / (cosine * cosine) - 1.0).max(0.0).sqrt();
+            let shown = ism_distance(key);
+            let limit = shown * (1.0 + BIAS + BIAS_TEXELS * slope / slices.side as f32)
+                + BIAS_SPACINGS * slices.thinning * self.spacing;
+            if distance > limit {
+                return;
+            }
+        }
+        let geometry = along * cosine / (distance * (distance_squared + vpl.softening) * PI);
+        let mut flux = vpl.flux;
+        if vpl.specular > 0.0 {
+            flux = vpl.flux_towards(to / distance);
+        }
+        let irradiance = flux * geometry;
+        let mut glossy = 0.0;
+        if self.specular > 0.0 {
+            let mirrored = self.normal * (2.0 * cosine) + to / distance;
+            let base = dot(mirrored, self.view).max(0.0);
+            let lobe = base.powf(self.shininess) * (self.shininess + 2.0) / (2.0 * PI);
+            glossy = self.specular * lobe * luminance(irradiance);
+        }
+        self.sum += irradiance.extend(glossy);
+    }
+}
+
+/// Adds what a batch of lights sends, to `irradiance`; `interleave` is n.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn gather(
+    receivers: &Receivers<Cpu>,
+    vpls: &[Vpl],
+    maps: &IsmMaps<Cpu>,
+    interleave: u32,
+    irradiance: &mut Grid<Vec4>,
+    job: &Job,
+) -> Result<()> {
+    let n = interleave.max(1) as usize;
+    let width = receivers.size.x as usize;
+    let block = width * ROWS.next_multiple_of(n);
+    let texels = (maps.slices.side * maps.slices.side) as usize;
+    let parts = (n * n) as u32;
+    let inputs = (
+        receivers.position.values().par_chunks(block),
+        receivers.normal.values().par_chunks(block),
+        receivers.view.values().par_chunks(block),
+        irradiance.values_mut().par_chunks_mut(block),
+    );
+    inputs.into_par_iter().for_each_init(
+        Vec::new,
+        |gatherers: &mut Vec<Gatherer>, (positions, normals, views, sums)| {
+            for part in 0..parts {
+                if job.is_cancelled() {
+                    return;
+                }
+                let (column, row) = (part as usize % n, part as usize / n);
+                // Rows of a block start at a multiple of n.
+                let pixels = (row..positions.len().div_ceil(width))
+                    .step_by(n)
+                    .flat_map(|y| (column..width).step_by(n).map(move |x| y * width + x));
+                gatherers.clear();
+                gatherers.extend(
+                    pixels
+                        .filter(|&i| positions[i].w > 0.0)
+                        .map(|index| Gatherer {
+                            position: positions[index].truncate(),
+                            spacing: positions[index].w,
+                            normal: normals[index].truncate(),
+                            specular: normals[index].w,
+                            view: views[index].truncate(),
+                            shininess: views[index].w,
+                            index,
+                            sum: Vec4::ZERO,
+                        }),
+                );
+                let (first, end) = part_of(vpls.len() as u32, part, parts);
+                for v in first as usize..end as usize {
+                    let map = &maps.keys.values()[v * texels..(v + 1) * texels];
+                    for gatherer in gatherers.iter_mut() {
+                        gatherer.add(&vpls[v], map, &maps.slices);
+                    }
+                }
+                for gatherer in gatherers.iter() {
+                    sums[gatherer.index] += gatherer.sum * parts as f32;
+                }
+            }
+        },
+    );
+    job.check()
+}
