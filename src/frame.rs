@@ -142,10 +142,10 @@ pub fn frame<B: Backend>(
             gi: &settings.gi,
         };
         let illuminator = &mut stages.illuminator;
-        let irradiance = illuminator.indirect(backend, cloud, &sources, receivers, job)?;
+        let indirect = illuminator.indirect(backend, cloud, &sources, receivers, job)?;
         let albedos = [Some(&gbuffer.albedo), mirror.as_ref().map(|m| &m.albedo)];
         let radiances = [Some(&mut radiance), shown.as_mut()];
-        for ((light, albedo), radiance) in irradiance.iter().zip(albedos).zip(radiances) {
+        for ((light, albedo), radiance) in indirect.iter().zip(albedos).zip(radiances) {
             if let (Some(albedo), Some(radiance)) = (albedo, radiance) {
                 backend.add_indirect(albedo, light, &settings.gi, radiance, job)?;
             }

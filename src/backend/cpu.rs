@@ -14,6 +14,7 @@ use crate::gbuffer::pull_push::pull_push;
 use crate::gbuffer::splat::Splatter;
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings, coverage, edl, fill, smooth};
 use crate::gi::add_indirect::add_indirect;
+use crate::gi::gather::Gathered;
 use crate::gi::indirect_filter::{Window, indirect_filter};
 use crate::gi::ism::{IsmMaps, Slices};
 use crate::gi::light_close::light_close;
@@ -256,11 +257,11 @@ impl Backend for Cpu {
         vpls: &[Vpl],
         maps: &IsmMaps<Self>,
         interleave: u32,
-        irradiance: &mut Grid<Vec4>,
+        gathered: &mut Gathered<Self>,
         job: &Job,
     ) -> Result<()> {
         self.timings.time("gather", || {
-            gather::gather(receivers, vpls, maps, interleave, irradiance, job)
+            gather::gather(receivers, vpls, maps, interleave, gathered, job)
         })
     }
 
@@ -292,13 +293,13 @@ impl Backend for Cpu {
     fn add_indirect(
         &mut self,
         albedo: &Grid<Vec4>,
-        irradiance: &Grid<Vec4>,
+        light: &Gathered<Self>,
         settings: &GiSettings,
         radiance: &mut Grid<Vec4>,
         job: &Job,
     ) -> Result<()> {
         self.timings.time("add_indirect", || {
-            add_indirect(albedo, irradiance, settings.albedo_scale, radiance, job)
+            add_indirect(albedo, light, settings.albedo_scale, radiance, job)
         })
     }
 

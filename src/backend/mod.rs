@@ -10,6 +10,7 @@ use crate::camera::Pinhole;
 use crate::cloud::Surfels;
 use crate::error::Result;
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings};
+use crate::gi::gather::Gathered;
 use crate::gi::indirect_filter::Window;
 use crate::gi::ism::{IsmMaps, Slices};
 use crate::gi::photons::PhotonMap;
@@ -184,14 +185,14 @@ pub trait Backend: Sized {
         slices: Slices,
         job: &Job,
     ) -> Result<IsmMaps<Self>>;
-    /// Pass `gather`: adds to `irradiance` what virtual point lights send, interleaved n x n.
+    /// Pass `gather`: adds to `gathered` what virtual point lights send, interleaved n x n.
     fn gather(
         &mut self,
         receivers: &Receivers<Self>,
         vpls: &[Vpl],
         maps: &IsmMaps<Self>,
         interleave: u32,
-        irradiance: &mut Self::Grid<Vec4>,
+        gathered: &mut Gathered<Self>,
         job: &Job,
     ) -> Result<()>;
     /// Pass `indirect_filter`: merges interleaved pixels, across and down.
@@ -210,11 +211,11 @@ pub trait Backend: Sized {
         irradiance: &mut Self::Grid<Vec4>,
         job: &Job,
     ) -> Result<()>;
-    /// Pass `add_indirect`: adds to `radiance` what surfaces of this albedo send on of `irradiance`.
+    /// Pass `add_indirect`: adds to `radiance` what surfaces of this albedo send on of `light`.
     fn add_indirect(
         &mut self,
         albedo: &Self::Grid<Vec4>,
-        irradiance: &Self::Grid<Vec4>,
+        light: &Gathered<Self>,
         settings: &GiSettings,
         radiance: &mut Self::Grid<Vec4>,
         job: &Job,

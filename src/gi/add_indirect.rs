@@ -8,7 +8,9 @@ use std::f32::consts::PI;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
+use super::gather::Gathered;
 use super::vpl::luminance;
+use crate::backend::cpu::Cpu;
 use crate::error::Result;
 use crate::grid::Grid;
 use crate::job::Job;
@@ -16,13 +18,13 @@ use crate::job::Job;
 /// Luminance below which an irradiance has no colour, W/m2.
 pub const MIN_LUMINANCE: f32 = 1e-20;
 
-/// Adds to `radiance` what the pixels of `albedo` (linear RGB, mirror reflectance) send on of `irradiance`.
+/// Adds to `radiance` what the pixels of `albedo` (linear RGB, mirror reflectance) send on of `light`.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn add_indirect(
     albedo: &Grid<Vec4>,
-    irradiance: &Grid<Vec4>,
+    light: &Gathered<Cpu>,
     albedo_scale: f32,
     radiance: &mut Grid<Vec4>,
     job: &Job,
@@ -32,9 +34,10 @@ pub fn add_indirect(
         .values_mut()
         .par_iter_mut()
         .zip(albedo.values())
-        .zip(irradiance.values())
-        .for_each(|((radiance, albedo), light)| {
-            let arrived = light.truncate();
+        .zip(light.irradiance.values())
+        .zip(light.residual.values())
+        .for_each(|(((radiance, albedo), light), residual)| {
+            let arrived = light.truncate() + residual.truncate();
             let glossy = arrived * (light.w / luminance(arrived).max(MIN_LUMINANCE));
             let sent: Vec3 = albedo.truncate() * albedo_scale / PI * arrived + glossy;
             *radiance += (sent * (1.0 - albedo.w)).extend(0.0);

@@ -1,9 +1,10 @@
 //! Pass `gather`: what the virtual point lights send to every pixel, as far as their maps let them. CPU twin of
 //! `shaders/gather.wgsl`.
 //!
-//! Irradiance of a diffuse light at a receiver: flux / pi x cos cos / (d^2 + s), where s is a quarter of the area that the
-//! light stands for, over pi: a light that is near is bounded as the surface is that it stands for, without a limit of
-//! someone's choice. Interleaved n x n, each pixel of a block takes another n^2-th part of the lights, n^2 times as bright
+//! Irradiance of a diffuse light at a receiver: flux / pi x cos cos / (d^2 + s), where s is the area that the light stands for,
+//! over pi: what is near is bounded as the disc is that it stands for, without a limit of someone's choice. What that leaves
+//! out, flux / pi x cos cos (1 / d^2 - 1 / (d^2 + s)), is added up beside it, to be spread over the surface around
+//! [Kollig and Keller 2004]. Interleaved n x n, each pixel of a block takes another n^2-th part of the lights, n^2 times as bright
 //! [Keller and Heidrich 2001]: a contiguous part, which as a run of low-discrepancy numbers covers the lit surface evenly.
 
 use std::f32::consts::PI;
@@ -14,10 +15,10 @@ use rayon::prelude::*;
 use super::ism::{BIAS, BIAS_SPACINGS, BIAS_TEXELS, IsmMaps, Slices, ism_distance, texel_of};
 use super::receivers::Receivers;
 use super::vpl::{Vpl, luminance};
+use crate::backend::Backend;
 use crate::backend::cpu::Cpu;
 use crate::error::Result;
 use crate::gbuffer::EMPTY;
-use crate::grid::Grid;
 use crate::job::Job;
 
 /// Rows of a task, at least.
@@ -39,7 +40,19 @@ struct Gatherer {
     shininess: f32,
     index: usize,
     sum: Vec4,
+    residual: Vec3,
 }
+
+/// What pixels have gathered.
+pub struct Gathered<B: Backend> {
+    /// Irradiance, rgb in W/m2; w is the luminance of what specular lobes turn towards the eye.
+    pub irradiance: B::Grid<Vec4>,
+    /// The irradiance that bounding leaves out, rgb; w is 0.
+    pub residual: B::Grid<Vec4>,
+}
+
+/// Share of the softening that bounds what is left out, in its turn: nearer than an eighth of a light's radius counts as at it.
+pub const RESIDUAL: f32 = 1.0 / 64.0;
 
 fn dot(a: Vec3, b: Vec3) -> f32 {
     a.x * b.x + a.y * b.y + a.z * b.z
@@ -70,12 +83,14 @@ impl Gatherer {
                 return;
             }
         }
-        let geometry = along * cosine / (distance * (distance_squared + vpl.softening) * PI);
+        let facing_both = along * cosine / (distance * PI);
+        let bounded = 1.0 / (distance_squared + vpl.softening);
+        let left_out = 1.0 / (distance_squared + vpl.softening * RESIDUAL) - bounded;
         let mut flux = vpl.flux;
         if vpl.specular > 0.0 {
             flux = vpl.flux_towards(to / distance);
         }
-        let irradiance = flux * geometry;
+        let irradiance = flux * (facing_both * bounded);
         let mut glossy = 0.0;
         if self.specular > 0.0 {
             let mirrored = self.normal * (2.0 * cosine) + to / distance;
@@ -84,10 +99,11 @@ impl Gatherer {
             glossy = self.specular * lobe * luminance(irradiance);
         }
         self.sum += irradiance.extend(glossy);
+        self.residual += flux * (facing_both * left_out);
     }
 }
 
-/// Adds what a batch of lights sends, to `irradiance`; `interleave` is n.
+/// Adds what a batch of lights sends to what was gathered; `interleave` is n.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -96,7 +112,7 @@ pub fn gather(
     vpls: &[Vpl],
     maps: &IsmMaps<Cpu>,
     interleave: u32,
-    irradiance: &mut Grid<Vec4>,
+    gathered: &mut Gathered<Cpu>,
     job: &Job,
 ) -> Result<()> {
     let n = interleave.max(1) as usize;
@@ -108,11 +124,12 @@ pub fn gather(
         receivers.position.values().par_chunks(block),
         receivers.normal.values().par_chunks(block),
         receivers.view.values().par_chunks(block),
-        irradiance.values_mut().par_chunks_mut(block),
+        gathered.irradiance.values_mut().par_chunks_mut(block),
+        gathered.residual.values_mut().par_chunks_mut(block),
     );
     inputs.into_par_iter().for_each_init(
         Vec::new,
-        |gatherers: &mut Vec<Gatherer>, (positions, normals, views, sums)| {
+        |gatherers: &mut Vec<Gatherer>, (positions, normals, views, sums, residuals)| {
             for part in 0..parts {
                 if job.is_cancelled() {
                     return;
@@ -135,6 +152,7 @@ pub fn gather(
                             shininess: views[index].w,
                             index,
                             sum: Vec4::ZERO,
+                            residual: Vec3::ZERO,
                         }),
                 );
                 let (first, end) = part_of(vpls.len() as u32, part, parts);
@@ -146,6 +164,7 @@ pub fn gather(
                 }
                 for gatherer in gatherers.iter() {
                     sums[gatherer.index] += gatherer.sum * parts as f32;
+                    residuals[gatherer.index] += gatherer.residual.extend(0.0) * parts as f32;
                 }
             }
         },

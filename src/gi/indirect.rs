@@ -3,6 +3,7 @@
 use glam::{UVec2, Vec3, Vec4};
 
 use super::bounce::{Met, area, cosine_direction, meet, thin, world_from_vpl};
+use super::gather::Gathered;
 use super::indirect_filter::Window;
 use super::ism::{IsmMaps, Slices};
 use super::mirror_light::{Leg, MirrorPaths};
@@ -40,11 +41,11 @@ pub struct Illuminator {
 /// A picture that receives light, and what it has received.
 struct Lit<B: Backend> {
     receivers: Receivers<B>,
-    irradiance: B::Grid<Vec4>,
+    gathered: Gathered<B>,
 }
 
 impl Illuminator {
-    /// Irradiance of the indirect light (rgb, W/m2; w is the luminance of the specular lobe) in every picture of `receivers`.
+    /// The indirect light that arrives in every picture of `receivers`, merged and spread.
     ///
     /// # Errors
     /// What the backend meets, [`crate::Error::Cancelled`].
@@ -55,15 +56,18 @@ impl Illuminator {
         sources: &IndirectSources<'_>,
         receivers: Vec<Receivers<B>>,
         job: &Job,
-    ) -> Result<Vec<B::Grid<Vec4>>> {
+    ) -> Result<Vec<Gathered<B>>> {
         let gi = sources.gi;
         let paths = self.paths(backend, cloud, sources, job)?;
         let mut lit = Vec::new();
         for receivers in receivers {
-            let irradiance = dark(backend, receivers.size)?;
+            let gathered = Gathered {
+                irradiance: dark(backend, receivers.size)?,
+                residual: dark(backend, receivers.size)?,
+            };
             lit.push(Lit {
                 receivers,
-                irradiance,
+                gathered,
             });
         }
 
@@ -94,8 +98,8 @@ impl Illuminator {
                 }
                 let isms = backend.ism(&cloud.points, batch, slices, job)?;
                 for lit in &mut lit {
-                    let (receivers, irradiance) = (&lit.receivers, &mut lit.irradiance);
-                    backend.gather(receivers, batch, &isms, gi.interleave, irradiance, job)?;
+                    let (receivers, gathered) = (&lit.receivers, &mut lit.gathered);
+                    backend.gather(receivers, batch, &isms, gi.interleave, gathered, job)?;
                 }
                 if bounce < gi.bounces {
                     arrived.extend(next(backend, cloud, batch, &isms, paths, gi, number, job)?);
@@ -108,20 +112,17 @@ impl Illuminator {
         }
 
         let map = PhotonMap::new(&photons, &cloud.surfels, scene_area);
-        let window = Window::of(gi.interleave * gi.filter);
         let mut done = Vec::new();
         for Lit {
             receivers,
-            mut irradiance,
+            gathered,
         } in lit
         {
-            if window.reach > 0 {
-                irradiance = backend.indirect_filter(&receivers, &irradiance, window, job)?;
-            }
+            let mut light = merged(backend, &receivers, gathered, gi, job)?;
             if !map.photons.is_empty() {
-                backend.photons(&receivers, &map, &mut irradiance, job)?;
+                backend.photons(&receivers, &map, &mut light.irradiance, job)?;
             }
-            done.push(irradiance);
+            done.push(light);
         }
         Ok(done)
     }
@@ -149,6 +150,32 @@ impl Illuminator {
 
 fn dark<B: Backend>(backend: &mut B, size: UVec2) -> Result<B::Grid<Vec4>> {
     backend.write(size, &vec![Vec4::ZERO; size.x as usize * size.y as usize])
+}
+
+/// What interleaved pixels gathered together, and what bounding left out, spread over the surface around.
+fn merged<B: Backend>(
+    backend: &mut B,
+    receivers: &Receivers<B>,
+    gathered: Gathered<B>,
+    gi: &GiSettings,
+    job: &Job,
+) -> Result<Gathered<B>> {
+    let Gathered {
+        mut irradiance,
+        mut residual,
+    } = gathered;
+    let merging = Window::of(gi.interleave * gi.filter, 1);
+    if merging.reach > 0 {
+        irradiance = backend.indirect_filter(receivers, &irradiance, merging, job)?;
+        residual = backend.indirect_filter(receivers, &residual, merging, job)?;
+    }
+    for window in Window::spreading(gi.interleave) {
+        residual = backend.indirect_filter(receivers, &residual, window, job)?;
+    }
+    Ok(Gathered {
+        irradiance,
+        residual,
+    })
 }
 
 /// What every light sees, in main memory.

@@ -4,7 +4,7 @@
 //! A window of a multiple of n pixels, whose ends count half where it has to be odd, holds every part equally often, so that
 //! on a plane the merged sum is the whole one. What another surface shows is left out: by the distance from the receiver's
 //! plane, compared with the distance between the points (which grows with the pixel's footprint) and with the spacing, and by
-//! the normal.
+//! the normal. The residual is merged likewise, then spread in steps of n and 4 n pixels.
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -25,6 +25,9 @@ pub const PLANE_SPACINGS: f32 = 2.0;
 /// Cosine between normals at which a pixel counts nothing.
 pub const NORMAL_COSINE: f32 = 0.5;
 
+/// Pixels of a window that spreads the residual.
+const SPREAD: u32 = 4;
+
 /// The filter's window in one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
@@ -32,14 +35,25 @@ pub struct Window {
     pub reach: i32,
     /// What the outermost pixels count.
     pub end: f32,
+    /// From pixel to pixel of the window.
+    pub stride: i32,
 }
 
 impl Window {
-    /// A window of `width` pixels.
-    pub fn of(width: u32) -> Self {
+    /// A window of `width` pixels, `stride` apart.
+    pub fn of(width: u32, stride: u32) -> Self {
         let reach = (width / 2) as i32;
         let end = if width.is_multiple_of(2) { 0.5 } else { 1.0 };
-        Self { reach, end }
+        Self {
+            reach,
+            end,
+            stride: stride as i32,
+        }
+    }
+
+    /// Windows through which the residual is spread, one after the other, where pixels are interleaved n x n.
+    pub fn spreading(n: u32) -> [Self; 2] {
+        [Self::of(SPREAD, n), Self::of(SPREAD, SPREAD * n)]
     }
 }
 
@@ -50,7 +64,10 @@ fn dot(a: Vec3, b: Vec3) -> f32 {
 /// How much alike two receivers are, 0 to 1.
 fn likeness(position: Vec4, normal: Vec3, other: Vec4, other_normal: Vec3) -> f32 {
     let between = other.truncate() - position.truncate();
-    let off = dot(normal, between);
+    // On an edge a blended normal is neither side's: either plane may be the one.
+    let off = dot(normal, between)
+        .abs()
+        .min(dot(other_normal, between).abs());
     let spacing = PLANE_SPACINGS * position.w;
     let limit_squared = PLANE_SLOPE * PLANE_SLOPE * dot(between, between) + spacing * spacing;
     let plane = (1.0 - off * off / limit_squared).max(0.0);
@@ -85,7 +102,8 @@ pub fn indirect_filter(
             let (x, y) = column_row(i, size.x as usize);
             let (mut sum, mut weights) = (Vec4::ZERO, 0.0);
             for step in -window.reach..=window.reach {
-                let (u, v) = if down { (x, y + step) } else { (x + step, y) };
+                let far = step * window.stride;
+                let (u, v) = if down { (x, y + far) } else { (x + far, y) };
                 if u < 0 || v < 0 || u >= size.x || v >= size.y {
                     continue;
                 }
@@ -126,7 +144,7 @@ mod tests {
     #[test]
     fn a_window_holds_every_part_equally_often() {
         for width in 1..=16u32 {
-            let window = Window::of(width);
+            let window = Window::of(width, 1);
             let mut parts = vec![0.0; width as usize];
             for step in -window.reach..=window.reach {
                 let share = if step.abs() == window.reach {

@@ -34,7 +34,7 @@ const MIN_COSINE: f32 = 0.05;
 pub struct Vpl {
     /// Relative to the scene's origin.
     pub position: Vec3,
-    /// A quarter of the area that it stands for, over pi: added to squared distances, it bounds what is near.
+    /// The area that it stands for, over pi: added to squared distances, it bounds what is near.
     pub softening: f32,
     /// Unit vector, on the side from which it was lit.
     pub normal: Vec3,
@@ -87,7 +87,7 @@ impl Vpl {
         let right = normal.any_orthonormal_vector();
         Self {
             position: arrival.position,
-            softening: 0.25 * area / PI,
+            softening: area / PI,
             normal,
             shininess: arrival.shininess,
             flux: arrival.albedo * arrival.incident,

@@ -8,6 +8,7 @@ use crate::backend::cpu::Cpu;
 use crate::error::Result;
 use crate::gbuffer::GBuffer;
 use crate::gi::GiSettings;
+use crate::gi::gather::Gathered;
 use crate::gi::indirect_filter::Window;
 use crate::gi::ism::{IsmMaps, Slices};
 use crate::gi::photons::PhotonMap;
@@ -23,6 +24,13 @@ impl Gpu {
             position: self.copy(&receivers.position)?,
             normal: self.copy(&receivers.normal)?,
             view: self.copy(&receivers.view)?,
+        })
+    }
+
+    fn copy_gathered(&mut self, gathered: &Gathered<Self>) -> Result<Gathered<Cpu>> {
+        Ok(Gathered {
+            irradiance: self.copy(&gathered.irradiance)?,
+            residual: self.copy(&gathered.residual)?,
         })
     }
 
@@ -75,7 +83,7 @@ impl Gpu {
         vpls: &[Vpl],
         maps: &IsmMaps<Self>,
         interleave: u32,
-        irradiance: &mut GpuGrid<Vec4>,
+        gathered: &mut Gathered<Self>,
         job: &Job,
     ) -> Result<()> {
         let receivers = self.copy_receivers(receivers)?;
@@ -83,9 +91,10 @@ impl Gpu {
             slices: maps.slices,
             keys: self.copy(&maps.keys)?,
         };
-        let mut sum = self.copy(irradiance)?;
+        let mut sum = self.copy_gathered(gathered)?;
         self.on_cpu(|cpu| cpu.gather(&receivers, vpls, &maps, interleave, &mut sum, job))?;
-        *irradiance = self.put(sum)?;
+        gathered.irradiance = self.put(sum.irradiance)?;
+        gathered.residual = self.put(sum.residual)?;
         Ok(())
     }
 
@@ -120,14 +129,14 @@ impl Gpu {
     pub(super) fn run_add_indirect(
         &mut self,
         albedo: &GpuGrid<Vec4>,
-        irradiance: &GpuGrid<Vec4>,
+        light: &Gathered<Self>,
         settings: &GiSettings,
         radiance: &mut GpuGrid<Vec4>,
         job: &Job,
     ) -> Result<()> {
-        let (albedo, irradiance) = (self.copy(albedo)?, self.copy(irradiance)?);
+        let (albedo, light) = (self.copy(albedo)?, self.copy_gathered(light)?);
         let mut sum = self.copy(radiance)?;
-        self.on_cpu(|cpu| cpu.add_indirect(&albedo, &irradiance, settings, &mut sum, job))?;
+        self.on_cpu(|cpu| cpu.add_indirect(&albedo, &light, settings, &mut sum, job))?;
         *radiance = self.put(sum)?;
         Ok(())
     }

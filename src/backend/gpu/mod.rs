@@ -15,6 +15,7 @@ use crate::cloud::Surfels;
 use crate::error::{Error, Result};
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings};
 use crate::gi::GiSettings;
+use crate::gi::gather::Gathered;
 use crate::gi::indirect_filter::Window;
 use crate::gi::ism::{IsmMaps, Slices};
 use crate::gi::photons::PhotonMap;
@@ -271,10 +272,10 @@ impl Backend for Gpu {
         vpls: &[Vpl],
         maps: &IsmMaps<Self>,
         interleave: u32,
-        irradiance: &mut GpuGrid<Vec4>,
+        gathered: &mut Gathered<Self>,
         job: &Job,
     ) -> Result<()> {
-        self.run_gather(receivers, vpls, maps, interleave, irradiance, job)
+        self.run_gather(receivers, vpls, maps, interleave, gathered, job)
     }
 
     fn indirect_filter(
@@ -300,12 +301,12 @@ impl Backend for Gpu {
     fn add_indirect(
         &mut self,
         albedo: &GpuGrid<Vec4>,
-        irradiance: &GpuGrid<Vec4>,
+        light: &Gathered<Self>,
         settings: &GiSettings,
         radiance: &mut GpuGrid<Vec4>,
         job: &Job,
     ) -> Result<()> {
-        self.run_add_indirect(albedo, irradiance, settings, radiance, job)
+        self.run_add_indirect(albedo, light, settings, radiance, job)
     }
 
     fn blend(
