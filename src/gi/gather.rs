@@ -103,7 +103,8 @@ impl Gatherer {
     }
 }
 
-/// Adds what a batch of lights sends to what was gathered; `interleave` is n.
+/// Adds what a batch of lights sends to what was gathered; `interleave` is n, and the lights are n^2 times as bright. Sums run on
+/// from what is there, so that it makes no difference how lights are cut into batches of whole parts.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -151,8 +152,8 @@ pub fn gather(
                             view: views[index].truncate(),
                             shininess: views[index].w,
                             index,
-                            sum: Vec4::ZERO,
-                            residual: Vec3::ZERO,
+                            sum: sums[index],
+                            residual: residuals[index].truncate(),
                         }),
                 );
                 let (first, end) = part_of(vpls.len() as u32, part, parts);
@@ -163,8 +164,8 @@ pub fn gather(
                     }
                 }
                 for gatherer in gatherers.iter() {
-                    sums[gatherer.index] += gatherer.sum * parts as f32;
-                    residuals[gatherer.index] += gatherer.residual.extend(0.0) * parts as f32;
+                    sums[gatherer.index] = gatherer.sum;
+                    residuals[gatherer.index] = gatherer.residual.extend(0.0);
                 }
             }
         },

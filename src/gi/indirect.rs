@@ -97,9 +97,10 @@ impl Illuminator {
                     number += 1;
                 }
                 let isms = backend.ism(&cloud.points, batch, slices, job)?;
+                let shares = brighter(batch, gi.interleave);
                 for lit in &mut lit {
                     let (receivers, gathered) = (&lit.receivers, &mut lit.gathered);
-                    backend.gather(receivers, batch, &isms, gi.interleave, gathered, job)?;
+                    backend.gather(receivers, &shares, &isms, gi.interleave, gathered, job)?;
                 }
                 if bounce < gi.bounces {
                     arrived.extend(next(backend, cloud, batch, &isms, paths, gi, number, job)?);
@@ -146,6 +147,17 @@ impl Illuminator {
         };
         Ok(Some(self.paths.insert(paths)))
     }
+}
+
+/// Lights as each of n x n pixels sees its part of them.
+fn brighter(vpls: &[Vpl], interleave: u32) -> Vec<Vpl> {
+    let parts = (interleave * interleave) as f32;
+    let brighter = |vpl: &Vpl| Vpl {
+        flux: vpl.flux * parts,
+        incident: vpl.incident * parts,
+        ..*vpl
+    };
+    vpls.iter().map(brighter).collect()
 }
 
 fn dark<B: Backend>(backend: &mut B, size: UVec2) -> Result<B::Grid<Vec4>> {

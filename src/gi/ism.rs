@@ -52,6 +52,9 @@ const POOL: usize = 1 << 22;
 /// Maps of this many texels are made and used at a time: 64 MiB.
 const BATCH_TEXELS: u32 = 1 << 24;
 
+/// Maps of a batch, at most.
+const MAX_BATCH: u32 = 4096;
+
 /// Distance and surfel of a texel as one integer that sorts by distance.
 pub fn ism_key(distance: f32, surfel: u32) -> u32 {
     let steps = (distance.to_bits().max(DISTANCE_BASE) - DISTANCE_BASE) >> DISTANCE_SHIFT;
@@ -106,7 +109,7 @@ impl Slices {
 
     /// Maps that are made and used at a time.
     pub fn batch(&self) -> usize {
-        (BATCH_TEXELS / (self.side * self.side)).max(1) as usize
+        (BATCH_TEXELS / (self.side * self.side)).clamp(1, MAX_BATCH) as usize
     }
 }
 

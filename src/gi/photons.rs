@@ -24,8 +24,8 @@ const REACHING: f32 = 20.0;
 /// Surfels that stand for the surface where photons are weighed.
 const SAMPLE: usize = 1 << 15;
 
-/// Cells along the longest side of the photons' box, at most.
-const MAX_CELLS: f32 = 64.0;
+/// Cubes along the longest side of the photons' box, at most.
+const MAX_CELLS: f32 = 24.0;
 
 /// A photon that landed. Same layout on the GPU (`shaders/photons.wgsl`).
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -85,21 +85,28 @@ impl PhotonMap {
         if arrivals.is_empty() {
             return Self::default();
         }
-        let positions = || arrivals.iter().map(|a| a.position);
-        let corner = positions().fold(Vec3::INFINITY, Vec3::min);
-        let size = positions().fold(Vec3::NEG_INFINITY, Vec3::max) - corner;
         let spacing = arrivals.iter().map(|a| a.spacing).fold(0.0, f32::max);
         let radius = (REACHING * area / (PI * arrivals.len() as f32))
             .sqrt()
             .max(2.0 * spacing)
             .max(f32::MIN_POSITIVE);
-        let cell = radius.max(size.max_element() / (MAX_CELLS - 1.0));
         let photon = |a: &Arrival| Photon {
             position: a.position,
             normal: a.normal,
             irradiance: a.incident,
             ..Photon::zeroed()
         };
+        let mut map = Self::sorted(radius, arrivals.iter().map(photon).collect());
+        map.weigh(surfels);
+        map
+    }
+
+    /// Photons that reach so far, as they are.
+    pub fn sorted(radius: f32, photons: Vec<Photon>) -> Self {
+        let positions = || photons.iter().map(|p| p.position);
+        let corner = positions().fold(Vec3::INFINITY, Vec3::min);
+        let size = positions().fold(Vec3::NEG_INFINITY, Vec3::max) - corner;
+        let cell = radius.max(size.max_element() / (MAX_CELLS - 1.0));
         let mut map = Self {
             radius,
             corner,
@@ -107,8 +114,7 @@ impl PhotonMap {
             cells: (size / cell).as_uvec3() + 1,
             ..Self::default()
         };
-        map.sort(arrivals.iter().map(photon).collect());
-        map.weigh(surfels);
+        map.sort(photons);
         map
     }
 
@@ -203,12 +209,12 @@ pub fn photons(
                 return;
             }
             let (position, normal) = (position.truncate(), normal.truncate());
-            let mut arrived = Vec3::ZERO;
+            let mut arrived = sum.truncate();
             for p in map.near(position) {
                 let photon = &map.photons[p];
                 arrived += photon.irradiance * kernel(photon, position, normal, inverse_square);
             }
-            *sum += arrived.extend(0.0);
+            *sum = arrived.extend(sum.w);
         });
     job.check()
 }

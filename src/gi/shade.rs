@@ -99,7 +99,7 @@ fn spot_radiance(receiver: &Receiver, lit_by: &LitBy<Cpu>, settings: &GiSettings
     );
     let irradiance = light.intensity * (falloff * cosine / distance_squared * lit);
     let [specular, shininess] = [receiver.seen.material.x, receiver.seen.material.y];
-    let mut reflected = receiver.seen.albedo.truncate() / PI;
+    let mut reflected = receiver.seen.albedo.truncate() * settings.albedo_scale / PI;
     if specular > 0.0 {
         let mirrored = receiver.normal * (2.0 * cosine) - direction;
         let lobe =

@@ -43,11 +43,11 @@ gpu_struct! {
         split: u32,
         /// 1 where the radiance so far is none.
         first_light: u32,
+        /// 1 where the cone is a square pyramid, full all over.
+        pyramid: u32,
+        /// What colours are multiplied with to be reflectances.
+        albedo_scale: f32,
         /// The struct's size is a multiple of 16.
-        pad0: u32,
-        /// As `pad0`.
-        pad1: u32,
-        /// As `pad0`.
         pad2: u32,
     }
 }
@@ -98,6 +98,8 @@ impl Gpu {
                 intensity: light.intensity,
                 bias: settings.light_bias,
                 split,
+                pyramid: u32::from(light.pyramid),
+                albedo_scale: settings.albedo_scale,
                 ..ShadeParams::zeroed()
             };
             spots.push((params, low, high));

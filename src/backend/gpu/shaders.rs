@@ -2,8 +2,10 @@
 
 use super::edl::EdlParams;
 use super::fill::{CoverageParams, RingParams};
+use super::gather::{AddParams, FilterParams, GatherParams, IsmParams, PhotonParams};
 use super::kernel::{PIXEL_GROUP, POINT_GROUP};
 use super::layout::{GpuStruct, Layout};
+use super::receivers::{MirrorReceiverParams, ReceiverParams};
 use super::shade::ShadeParams;
 use super::smooth::SmoothParams;
 use super::splat::{ClearParams, LightCloseParams, SplatParams};
@@ -14,7 +16,15 @@ use crate::gbuffer::disc::{BOUNDS_SLACK, EDGE_ON_COSINE_SQUARED, MAX_TOLERANCE_S
 use crate::gbuffer::fill::{AGREE_SPACINGS, MIN_NEIGHBOURS};
 use crate::gbuffer::leak::LEAK_NEIGHBOURS;
 use crate::gbuffer::smooth::{DEPTH_SPACINGS, NORMAL_DIFFERENCE};
+use crate::gi::add_indirect::MIN_LUMINANCE;
+use crate::gi::gather::RESIDUAL;
+use crate::gi::indirect_filter::{NORMAL_COSINE, PLANE_SLOPE, PLANE_SPACINGS};
+use crate::gi::ism::{
+    BIAS, BIAS_TEXELS, DISTANCE_BASE, DISTANCE_MAX, DISTANCE_SHIFT, REACH, SURFEL_BITS,
+};
+use crate::gi::photons::Photon;
 use crate::gi::shade::RECEIVER_COSINE;
+use crate::gi::vpl::Vpl;
 
 /// One kernel's source. Its name is the file's, the label in a profile and the row in the report.
 #[derive(Debug, Clone, Copy)]
@@ -47,6 +57,15 @@ macro_rules! shared {
 const POINT: (&str, f64) = ("POINT_GROUP", POINT_GROUP as f64);
 const PIXEL: (&str, f64) = ("PIXEL_GROUP", PIXEL_GROUP as f64);
 const AGREE: (&str, f64) = ("AGREE_SPACINGS", AGREE_SPACINGS as f64);
+
+const SURFEL_KEY: (&str, f64) = ("SURFEL_BITS", SURFEL_BITS as f64);
+
+/// Constants of the distances in `shared/ism.wgsl`.
+const DISTANCE_KEY: [(&str, f64); 3] = [
+    ("DISTANCE_SHIFT", DISTANCE_SHIFT as f64),
+    ("DISTANCE_BASE", DISTANCE_BASE as f64),
+    ("DISTANCE_MAX", DISTANCE_MAX as f64),
+];
 
 /// Constants of `shared/disc.wgsl`, and the workgroup.
 const DISC: &[(&str, f64)] = &[
@@ -103,6 +122,55 @@ shader! {
     SHADE = "shade", &[PIXEL, ("RECEIVER_COSINE", RECEIVER_COSINE as f64)]
 }
 shader! {
+    /// What the camera sees, as indirect light takes it.
+    RECEIVERS = "receivers", &[PIXEL]
+}
+shader! {
+    /// What the mirrors show, as indirect light takes it.
+    MIRROR_RECEIVERS = "mirror_receivers", &[PIXEL]
+}
+shader! {
+    /// The shadow maps of virtual point lights.
+    ISM = "ism", &[
+        POINT,
+        SURFEL_KEY,
+        DISTANCE_KEY[0],
+        DISTANCE_KEY[1],
+        DISTANCE_KEY[2],
+        ("EDGE_ON_COSINE_SQUARED", EDGE_ON_COSINE_SQUARED as f64),
+        ("REACH", REACH as f64),
+    ]
+}
+shader! {
+    /// What virtual point lights send to every pixel.
+    GATHER = "gather", &[
+        PIXEL,
+        SURFEL_KEY,
+        DISTANCE_KEY[0],
+        DISTANCE_KEY[1],
+        ("BIAS", BIAS as f64),
+        ("BIAS_TEXELS", BIAS_TEXELS as f64),
+        ("RESIDUAL", RESIDUAL as f64),
+    ]
+}
+shader! {
+    /// Merges interleaved pixels in one direction.
+    INDIRECT_FILTER = "indirect_filter", &[
+        PIXEL,
+        ("PLANE_SLOPE", PLANE_SLOPE as f64),
+        ("PLANE_SPACINGS", PLANE_SPACINGS as f64),
+        ("NORMAL_COSINE", NORMAL_COSINE as f64),
+    ]
+}
+shader! {
+    /// Light that came by way of mirrors.
+    PHOTONS = "photons", &[PIXEL]
+}
+shader! {
+    /// Adds the radiance of the indirect light.
+    ADD_INDIRECT = "add_indirect", &[PIXEL, ("MIN_LUMINANCE", MIN_LUMINANCE as f64)]
+}
+shader! {
     /// Eye-dome lighting.
     EDL = "edl", &[PIXEL]
 }
@@ -111,9 +179,12 @@ shader! {
 pub const SHARED: &[(&str, &str)] = shared![
     "depth_key",
     "disc",
+    "dot3",
+    "ism",
     "neighbours",
     "pinhole",
     "plane_depth",
+    "receiver",
     "ring",
     "splat",
     "surfel"
@@ -132,6 +203,13 @@ pub const SHADERS: &[Shader] = &[
     COVERAGE,
     SMOOTH,
     SHADE,
+    RECEIVERS,
+    MIRROR_RECEIVERS,
+    ISM,
+    GATHER,
+    INDIRECT_FILTER,
+    PHOTONS,
+    ADD_INDIRECT,
     EDL,
 ];
 
@@ -145,6 +223,15 @@ pub const LAYOUTS: &[Layout] = &[
     CoverageParams::LAYOUT,
     SmoothParams::LAYOUT,
     ShadeParams::LAYOUT,
+    ReceiverParams::LAYOUT,
+    MirrorReceiverParams::LAYOUT,
+    IsmParams::LAYOUT,
+    GatherParams::LAYOUT,
+    FilterParams::LAYOUT,
+    PhotonParams::LAYOUT,
+    AddParams::LAYOUT,
+    Vpl::LAYOUT,
+    Photon::LAYOUT,
     EdlParams::LAYOUT,
 ];
 
