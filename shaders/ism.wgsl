@@ -6,6 +6,9 @@
 override POINT_GROUP: u32 = 64u; // threads per workgroup
 override EDGE_ON_COSINE_SQUARED: f32;
 override REACH: f32;
+override OWN_COSINE: f32;
+override OWN_HEIGHT: f32;
+override OWN_REACH: f32;
 
 struct IsmParams {
     side: u32,              // of a map, texels
@@ -70,6 +73,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let scale = 0.5 * f32(params.side) / (sqrt(distance_squared) + centre.z);
     let half = max(params.half_width * place.w, params.min_half_width / scale);
+
+    // Curved and noisy surfaces lie a little before their own lights.
+    let own = abs(normal.z) > OWN_COSINE && abs(along) < OWN_HEIGHT * half
+        && distance_squared < OWN_REACH * OWN_REACH * half * half;
+    if own {
+        return;
+    }
     let half_squared = half * half;
     let middle = 0.5 * f32(params.side);
     let reach = half * scale * REACH;

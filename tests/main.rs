@@ -20,6 +20,7 @@ mod forms;
 mod generate;
 mod hostile;
 mod ideal;
+mod indirect;
 mod limits;
 mod mesh;
 mod npz;
@@ -50,6 +51,7 @@ fn main() {
         evenness::tests(),
         generate::tests(),
         hostile::tests(),
+        indirect::tests(),
         limits::tests(),
         mesh::tests(),
         oracle::tests(),

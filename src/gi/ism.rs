@@ -25,6 +25,15 @@ pub const DISC: f32 = 0.7;
 /// Bounds of a disc in a map, over its half width at its centre: farther out the paraboloid magnifies more.
 pub const REACH: f32 = 1.3;
 
+/// A disc belongs to the light's own surface where the cosine between both normals is larger, ...
+pub const OWN_COSINE: f32 = 0.7;
+
+/// ... the light is nearer to its plane than this, over its half width, ...
+pub const OWN_HEIGHT: f32 = 0.25;
+
+/// ... and nearer to its centre than this, over its half width.
+pub const OWN_REACH: f32 = 2.0;
+
 /// Distance by which a receiver may lie behind what a map shows and still be lit, as a share of that distance.
 pub const BIAS: f32 = 0.01;
 
@@ -164,6 +173,13 @@ impl Disc {
         // Texels per unit of length across the ray: the projection keeps shapes.
         let scale = 0.5 * slices.side as f32 / (distance_squared.sqrt() + centre.z);
         let half = (DISC * slices.thinning * place.radius).max(MIN_HALF_WIDTH / scale);
+        // Curved and noisy surfaces lie a little before their own lights.
+        let own = normal.z.abs() > OWN_COSINE
+            && along.abs() < OWN_HEIGHT * half
+            && distance_squared < OWN_REACH * OWN_REACH * half * half;
+        if own {
+            return None;
+        }
         let middle = 0.5 * slices.side as f32;
         let reach = half * scale * REACH;
         Some(Self {

@@ -20,7 +20,8 @@ use crate::gi::add_indirect::MIN_LUMINANCE;
 use crate::gi::gather::RESIDUAL;
 use crate::gi::indirect_filter::{NORMAL_COSINE, PLANE_SLOPE, PLANE_SPACINGS};
 use crate::gi::ism::{
-    BIAS, BIAS_TEXELS, DISTANCE_BASE, DISTANCE_MAX, DISTANCE_SHIFT, REACH, SURFEL_BITS,
+    BIAS, BIAS_TEXELS, DISTANCE_BASE, DISTANCE_MAX, DISTANCE_SHIFT, OWN_COSINE, OWN_HEIGHT,
+    OWN_REACH, REACH, SURFEL_BITS,
 };
 use crate::gi::photons::Photon;
 use crate::gi::shade::RECEIVER_COSINE;
@@ -139,6 +140,9 @@ shader! {
         DISTANCE_KEY[2],
         ("EDGE_ON_COSINE_SQUARED", EDGE_ON_COSINE_SQUARED as f64),
         ("REACH", REACH as f64),
+        ("OWN_COSINE", OWN_COSINE as f64),
+        ("OWN_HEIGHT", OWN_HEIGHT as f64),
+        ("OWN_REACH", OWN_REACH as f64),
     ]
 }
 shader! {
@@ -148,6 +152,7 @@ shader! {
         SURFEL_KEY,
         DISTANCE_KEY[0],
         DISTANCE_KEY[1],
+        DISTANCE_KEY[2],
         ("BIAS", BIAS as f64),
         ("BIAS_TEXELS", BIAS_TEXELS as f64),
         ("RESIDUAL", RESIDUAL as f64),
