@@ -7,9 +7,11 @@ use crate::camera::Pinhole;
 use crate::error::Result;
 use crate::gbuffer::{Coverage, GBuffer};
 use crate::gi::{Illuminator, IndirectSources, SpotLight, vpl_pinhole};
+use crate::grid::Grid;
 use crate::job::Job;
 use crate::measure::BounceReport;
 use crate::plan::{Plan, Stage};
+use crate::reflect::sscr::heat::HeatSums;
 use crate::reflect::{MirrorGBuffer, Reflector};
 use crate::settings::Settings;
 
@@ -38,6 +40,8 @@ pub struct Frame<B: Backend> {
     pub mirror: Option<MirrorGBuffer<B>>,
     /// What the search came to, one for each mirror bounce.
     pub bounces: Vec<BounceReport>,
+    /// Where the searches of the first mirror bounce end, where the plan asks for it and the camera sees a mirror.
+    pub search_heat: Option<Grid<HeatSums>>,
 }
 
 impl View {
@@ -154,6 +158,12 @@ pub fn frame<B: Backend>(
     if let Some(mirror) = &mirror {
         backend.blend(&mut radiance, &gbuffer, mirror, shown.as_ref(), job)?;
     }
+    let search_heat = if plan.runs(Stage::SearchHeat, coverage.mirror > 0) {
+        let reflector = &mut stages.reflector;
+        Some(reflector.search_heat(backend, cloud, &gbuffer, settings, job)?)
+    } else {
+        None
+    };
     Ok(Frame {
         gbuffer,
         coverage,
@@ -161,5 +171,6 @@ pub fn frame<B: Backend>(
         radiance,
         mirror,
         bounces,
+        search_heat,
     })
 }

@@ -13,11 +13,14 @@
 mod agree;
 mod analytic;
 mod cameras;
+mod charted;
 mod cli;
 mod clouds;
 mod evenness;
+mod extremes;
 mod forms;
 mod generate;
+mod guided;
 mod hostile;
 mod ideal;
 mod indirect;
@@ -31,12 +34,17 @@ mod program;
 mod ray_trace;
 mod regions;
 mod render;
+mod rendered;
 mod root_find;
 mod roots;
 mod scene;
+mod searched;
 mod shaders;
+mod shown;
 mod splats;
+mod splatted;
 mod support;
+mod trends;
 mod truth;
 mod twins;
 
@@ -49,7 +57,9 @@ fn main() {
         cli::tests(),
         clouds::tests(),
         evenness::tests(),
+        extremes::tests(),
         generate::tests(),
+        guided::tests(),
         hostile::tests(),
         indirect::tests(),
         limits::tests(),
@@ -59,12 +69,16 @@ fn main() {
         overrides::tests(),
         regions::tests(),
         render::tests(),
+        rendered::tests(),
         ray_trace::tests(),
         root_find::tests(),
         roots::tests(),
         scene::tests(),
         shaders::tests(),
+        shown::tests(),
+        splatted::tests(),
         splats::tests(),
+        trends::tests(),
         truth::tests(),
         twins::tests(),
     ]

@@ -2,17 +2,15 @@
 
 use catoptric::cloud::generate::SceneName;
 use catoptric::reflect::LabelledMirrors;
-use catoptric::reflect::sscr::Distribution;
-use catoptric::reflect::sscr::distribute::distribute;
-use catoptric::reflect::sscr::mirror_error::MirrorPoint;
-use catoptric::reflect::sscr::root_find::{Outcome, RootFindParams, RootFinder};
-use glam::{DVec2, Vec2, Vec3};
+use catoptric::reflect::sscr::mirror_error::{MirrorPoint, mirror_error};
+use catoptric::reflect::sscr::root_find::RootFinder;
+use glam::{Vec2, Vec3};
 use libtest_mimic::Trial;
-use rayon::prelude::*;
 
 use crate::analytic::{Oracle, View};
 use crate::ideal::{SPACING, cloud, regions, surface};
-use crate::roots::{Quality, Root, Roots, quality};
+use crate::roots::Quality;
+use crate::searched::{ErrorFunction, Known, Mirrors, thesis};
 use crate::support::claim;
 
 pub(crate) fn tests() -> Vec<Trial> {
@@ -84,55 +82,15 @@ const EXPECTED: [Expected; 5] = [
     },
 ];
 
-/// The thesis's settings but for the threshold.
-fn params(threshold: f32) -> RootFindParams {
-    RootFindParams {
-        seed_attempts: 6,
-        step_attempts: 6,
-        max_steps: 50,
-        initial_step: 0.2,
-        threshold,
-        self_hit: 4.0,
-    }
-}
-
-/// Signature of an error function.
-type ErrorFunction = fn(&MirrorPoint, Vec3) -> Vec2;
-
-/// Searches for random points of a scene in its mirrors' regions, by their weights, and compares with all roots.
-fn measured(scene: &str, params: RootFindParams, error: Option<ErrorFunction>) -> Quality {
+/// Searches for random points of a scene in its exact mirrors, and compares with all roots.
+fn measured(scene: &str, threshold: f32, error: ErrorFunction) -> Quality {
     let view = View::REFERENCE;
-    let oracle = Oracle::named(scene);
-    let hits = oracle.view(&view);
-    let surface = surface(&view, &hits, 0.0);
-    let lhc = regions(&view, &surface);
-    let finder = RootFinder::new(&LabelledMirrors::new(&surface, &lhc, Vec3::X), params)
-        .expect("a small picture");
-    let roots = Roots::new(oracle, view, &hits);
-    let name: SceneName = scene.parse().expect("a scene");
-    let surfels = cloud(name, POINTS);
-    let found: Vec<(Vec<Root>, Vec<DVec2>)> = (0..surfels.len() as u32)
-        .into_par_iter()
-        .map(|index| {
-            let point = surfels.places[index as usize].position;
-            let region = distribute(&lhc.regions, Distribution::Weighted, index, 0);
-            let region = region.expect("a mirror has regions");
-            let outcome = match error {
-                None => finder.find(index, point, region),
-                Some(error) => finder.find_by(error, index, point, region),
-            };
-            let hit = match outcome {
-                Outcome::Found(root) => vec![root.pixel.as_dvec2()],
-                Outcome::Lost(_) => Vec::new(),
-            };
-            (roots.of(point.as_dvec3()), hit)
-        })
-        .collect();
-    quality(&found)
+    let mirrors = Mirrors::exact(scene, &view);
+    Known::new(scene, &view, POINTS).quality(&mirrors, thesis(threshold), error)
 }
 
 fn is_found_as_expected(expected: &Expected) {
-    let q = measured(expected.scene, params(expected.threshold), None);
+    let q = measured(expected.scene, expected.threshold, mirror_error);
     println!("{}: {q:?}", expected.scene);
     assert!(
         (q.hit_rate / expected.hit_rate - 1.0).abs() < 0.15,
@@ -160,7 +118,7 @@ fn printed(mirror: &MirrorPoint, point: Vec3) -> Vec2 {
 
 fn the_printed_error_function_fails() {
     for (scene, threshold) in [("sphere", 2.0), ("parabola", 4.0), ("plane", 2.0)] {
-        let q = measured(scene, params(threshold), Some(printed));
+        let q = measured(scene, threshold, printed);
         println!("{scene}, as printed: {q:?}");
         assert!(
             q.recall < 0.05,
@@ -178,7 +136,7 @@ fn threads_do_not_change_the_hits() {
     let hits = Oracle::named("torus").view(&view);
     let surface = surface(&view, &hits, 0.0);
     let lhc = regions(&view, &surface);
-    let finder = RootFinder::new(&LabelledMirrors::new(&surface, &lhc, Vec3::X), params(4.0))
+    let finder = RootFinder::new(&LabelledMirrors::new(&surface, &lhc, Vec3::X), thesis(4.0))
         .expect("a small picture");
     let surfels = cloud(SceneName::Torus, 30_000);
     let with = |threads: usize| {

@@ -25,10 +25,15 @@ use crate::gi::{GiSettings, gather, ism, photons, shade};
 use crate::grid::Grid;
 use crate::image::ImageSettings;
 use crate::job::Job;
-use crate::reflect::sscr::SscrSettings;
 use crate::reflect::sscr::accumulate::Accumulator;
+use crate::reflect::sscr::chart_class::chart_class;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings, curvature};
+use crate::reflect::sscr::field::MirrorField;
+use crate::reflect::sscr::guided::Guide;
+use crate::reflect::sscr::heat::{HeatSums, search_heat};
+use crate::reflect::sscr::prefix::{Budget, Prefix};
 use crate::reflect::sscr::root_find::{SearchCounts, root_find};
+use crate::reflect::sscr::{Splatting, SscrSettings};
 use crate::reflect::{Hit, LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface, blend};
 use crate::timing::Timings;
 
@@ -179,17 +184,64 @@ impl Backend for Cpu {
         })
     }
 
+    fn search_heat(
+        &mut self,
+        points: &Arc<Surfels>,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>> {
+        self.timings.time("search_heat", || {
+            search_heat(points, mirrors, settings, job)
+        })
+    }
+
+    fn mirror_field(
+        &mut self,
+        surface: &Surface<Self>,
+        curvature: &Grid<u8>,
+        job: &Job,
+    ) -> Result<(MirrorField, Grid<u8>)> {
+        job.check()?;
+        let field = self
+            .timings
+            .time("mirror_field", || MirrorField::new(surface, curvature))?;
+        let classes = self
+            .timings
+            .time("chart_class", || chart_class(surface, curvature));
+        Ok((field, classes))
+    }
+
+    fn guided(
+        &mut self,
+        points: &Arc<Surfels>,
+        guide: &Guide<'_>,
+        prefix: &mut Prefix,
+        budget: Budget,
+        job: &Job,
+    ) -> Result<(Vec<Hit>, SearchCounts, usize)> {
+        self.timings.time("guided", || {
+            let mut hits = Vec::new();
+            let (counts, searched) = prefix.grow(&points.places, budget, |order| {
+                let (found, counts) = guide.search(points, order, job)?;
+                hits.extend(found);
+                Ok(counts)
+            })?;
+            Ok((hits, counts, searched))
+        })
+    }
+
     fn accumulate(
         &mut self,
         hits: &Vec<Hit>,
         points: &Arc<Surfels>,
         mirror: &mut MirrorGBuffer<Self>,
-        settings: &SscrSettings,
+        splatting: &Splatting,
         job: &Job,
     ) -> Result<()> {
         self.timings.time("accumulate", || {
             self.accumulator
-                .accumulate(hits, points, mirror, settings, job)
+                .accumulate(hits, points, mirror, splatting, job)
         })
     }
 

@@ -20,9 +20,13 @@ use crate::gi::{GiSettings, SpotLight};
 use crate::grid::Grid;
 use crate::image::ImageSettings;
 use crate::job::Job;
-use crate::reflect::sscr::SscrSettings;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings};
+use crate::reflect::sscr::field::MirrorField;
+use crate::reflect::sscr::guided::Guide;
+use crate::reflect::sscr::heat::HeatSums;
+use crate::reflect::sscr::prefix::{Budget, Prefix};
 use crate::reflect::sscr::root_find::SearchCounts;
+use crate::reflect::sscr::{Splatting, SscrSettings};
 use crate::reflect::{LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
 use crate::timing::Timings;
 
@@ -143,13 +147,38 @@ pub trait Backend: Sized {
         diagonal: f32,
         job: &Job,
     ) -> Result<(Self::Hits, SearchCounts)>;
+    /// Pass `search_heat`: where those searches end, in main memory. Runs them once more; only where asked for.
+    fn search_heat(
+        &mut self,
+        points: &Self::Points,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>>;
+    /// The mirrors as a smooth field and the class of their curvature, in main memory; `curvature` is that of the pass.
+    fn mirror_field(
+        &mut self,
+        surface: &Surface<Self>,
+        curvature: &Grid<u8>,
+        job: &Job,
+    ) -> Result<(MirrorField, Grid<u8>)>;
+    /// Pass `guided`: for the first points of `prefix`, as many as the budget says, all mirror pixels that show them; also
+    /// the number of points searched.
+    fn guided(
+        &mut self,
+        points: &Self::Points,
+        guide: &Guide<'_>,
+        prefix: &mut Prefix,
+        budget: Budget,
+        job: &Job,
+    ) -> Result<(Self::Hits, SearchCounts, usize)>;
     /// Pass `accumulate`: hits are splatted onto the mirrors, by depth, visibility and averaging.
     fn accumulate(
         &mut self,
         hits: &Self::Hits,
         points: &Self::Points,
         mirror: &mut MirrorGBuffer<Self>,
-        settings: &SscrSettings,
+        splatting: &Splatting,
         job: &Job,
     ) -> Result<()>;
     /// Pass `mirror_coverage`: counts the mirrors' pixels that show something.

@@ -86,14 +86,14 @@ impl<'a> LabelledMirrors<'a, Cpu> {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Hit {
-    /// Index of the surfel.
-    pub point: u32,
     /// Where it is seen, pixels (centres at + 0.5).
     pub pixel: Vec2,
-    /// Distance from the mirror point, in the cloud's unit.
-    pub distance: f32,
     /// Half the sides of its splat, along x and y, pixels.
     pub reach: Vec2,
+    /// Index of the surfel.
+    pub point: u32,
+    /// Distance from the mirror point, in the cloud's unit.
+    pub distance: f32,
 }
 
 /// How many pixels of the mirrors show something.

@@ -4,6 +4,8 @@ use catoptric::backend::Backend;
 use catoptric::backend::cpu::Cpu;
 use catoptric::{Error, Job};
 
+use catoptric::reflect::sscr::curvature::Axes;
+
 use super::support::{SIZE, cloud, gpu, pinhole};
 
 pub(super) fn stages_end_on_the_cpu() {
@@ -20,6 +22,11 @@ fn stages_are_cancelled<B: Backend>(backend: &mut B) {
     let mut seen = backend
         .splat(&points, &pinhole(SIZE), &settings, &job)
         .expect("a G-buffer");
+    let surface = backend.surface(&seen, &job).expect("mirrors");
+    let mut mirror = backend.reflected_rays(&surface, &job).expect("rays");
+    let mut radiance = backend
+        .shade_mirror(&mirror, &[], &Default::default(), &job)
+        .expect("radiance");
     job.cancel();
     let again = backend.splat(&points, &pinhole(SIZE), &settings, &job);
     let map = backend.light_map(&points, &pinhole(SIZE), &settings, &job);
@@ -34,6 +41,34 @@ fn stages_are_cancelled<B: Backend>(backend: &mut B) {
             backend.shade(&seen, &[], &Default::default(), &job).err(),
         ),
         ("edl", backend.edl(&seen, &Default::default(), &job).err()),
+        ("surface", backend.surface(&seen, &job).err()),
+        (
+            "reflected_rays",
+            backend.reflected_rays(&surface, &job).err(),
+        ),
+        (
+            "curvature",
+            backend
+                .curvature(&surface, Axes::Way, &Default::default(), &job)
+                .err(),
+        ),
+        (
+            "mirror_coverage",
+            backend.mirror_coverage(&mirror, &job).err(),
+        ),
+        ("pull_push", backend.pull_push(&mut mirror, 2, &job).err()),
+        (
+            "shade_mirror",
+            backend
+                .shade_mirror(&mirror, &[], &Default::default(), &job)
+                .err(),
+        ),
+        (
+            "blend",
+            backend
+                .blend(&mut radiance, &seen, &mirror, None, &job)
+                .err(),
+        ),
     ] {
         assert!(
             matches!(outcome, Some(Error::Cancelled)),

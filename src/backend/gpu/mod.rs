@@ -24,30 +24,44 @@ use crate::gi::vpl::Vpl;
 use crate::grid::Grid;
 use crate::image::ImageSettings;
 use crate::job::Job;
-use crate::reflect::sscr::SscrSettings;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings};
+use crate::reflect::sscr::field::MirrorField;
+use crate::reflect::sscr::guided::Guide;
+use crate::reflect::sscr::heat::HeatSums;
+use crate::reflect::sscr::prefix::{Budget, Prefix};
 use crate::reflect::sscr::root_find::SearchCounts;
-use crate::reflect::{Hit, LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
+use crate::reflect::sscr::{Splatting, SscrSettings};
+use crate::reflect::{LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
 use crate::timing::Timings;
 
+mod accumulate;
+mod blend;
 mod buffers;
+mod curvature;
 mod device;
 mod edl;
 mod fill;
 mod gather;
+mod guided;
+mod hits;
 mod kernel;
 mod layout;
-mod mirrors;
+mod mirror_pixels;
+mod pull_push;
 mod receivers;
+mod root_find;
+mod search_heat;
 mod shade;
 mod shaders;
 mod smooth;
 mod splat;
 mod stamps;
+mod surface;
 mod windows;
 
 pub use buffers::{GpuGrid, GpuPoints};
 pub use device::{AdapterChoice, Device, GpuOptions};
+pub use hits::GpuHits;
 pub use layout::{GpuStruct, Layout};
 pub use shaders::{LAYOUTS, SHADERS, SHARED, Shader, link};
 
@@ -92,7 +106,7 @@ impl Gpu {
 impl Backend for Gpu {
     type Grid<T: Pod> = GpuGrid<T>;
     type Points = GpuPoints;
-    type Hits = Vec<Hit>;
+    type Hits = GpuHits;
 
     fn name(&self) -> &'static str {
         "gpu"
@@ -203,19 +217,49 @@ impl Backend for Gpu {
         settings: &SscrSettings,
         diagonal: f32,
         job: &Job,
-    ) -> Result<(Vec<Hit>, SearchCounts)> {
+    ) -> Result<(GpuHits, SearchCounts)> {
         self.run_root_find(points, mirrors, settings, diagonal, job)
+    }
+
+    fn search_heat(
+        &mut self,
+        points: &GpuPoints,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>> {
+        self.run_search_heat(points, mirrors, settings, job)
+    }
+
+    fn mirror_field(
+        &mut self,
+        surface: &Surface<Self>,
+        curvature: &Grid<u8>,
+        job: &Job,
+    ) -> Result<(MirrorField, Grid<u8>)> {
+        self.run_mirror_field(surface, curvature, job)
+    }
+
+    fn guided(
+        &mut self,
+        points: &GpuPoints,
+        guide: &Guide<'_>,
+        prefix: &mut Prefix,
+        budget: Budget,
+        job: &Job,
+    ) -> Result<(GpuHits, SearchCounts, usize)> {
+        self.run_guided(points, guide, prefix, budget, job)
     }
 
     fn accumulate(
         &mut self,
-        hits: &Vec<Hit>,
+        hits: &GpuHits,
         points: &GpuPoints,
         mirror: &mut MirrorGBuffer<Self>,
-        settings: &SscrSettings,
+        splatting: &Splatting,
         job: &Job,
     ) -> Result<()> {
-        self.run_accumulate(hits, points, mirror, settings, job)
+        self.run_accumulate(hits, points, mirror, splatting, job)
     }
 
     fn mirror_coverage(

@@ -6,7 +6,6 @@
 
 mod blend;
 mod leaf;
-mod order;
 mod tree;
 
 use std::sync::Arc;

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use wide::f32x8;
 
 use super::leaf::{Bounds, Leaf, Meeting, Ray, Vec3x8, WIDTH, leaf};
-use super::order::along_curve;
 use crate::cloud::Surfels;
+use crate::cloud::along_curve;
 use crate::gbuffer::SplatSettings;
 
 /// Nodes a task, when a level is built.

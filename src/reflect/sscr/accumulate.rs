@@ -2,18 +2,20 @@
 //! depth, visibility, averaging [Preiner 2010, sections 3.7 and 4.5].
 //!
 //! Each pixel of a splat looks along its own reflected ray: the depth of a fragment is where that ray meets the surfel's
-//! plane, and fragments count the less the farther off the surfel their ray passes.
+//! plane. The interleaved search's splats are squares, whose fragments count the less the farther off the surfel their ray
+//! passes. The guided search knows how much the mirror magnifies: its splats reach as far as the surfel's disc may appear,
+//! and have a fragment where the pixel's ray meets the disc, so that magnified surfels stay as closed as they are.
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use wide::{f32x4, i32x4};
 
-use super::settings::{SscrSettings, Visibility};
+use super::settings::{Splatting, Visibility};
 use crate::backend::cpu::Cpu;
 use crate::cloud::{Finish, Place, Surfels};
 use crate::error::Result;
 use crate::gbuffer::average::{Pixel, average};
-use crate::gbuffer::disc::{PixelRect, weight};
+use crate::gbuffer::disc::{EDGE_ON_COSINE_SQUARED, MAX_TOLERANCE_SLOPE, PixelRect, weight};
 use crate::gbuffer::tiles::Tiles;
 use crate::gbuffer::visibility::{Sums, attributes, scale};
 use crate::gbuffer::{Class, EMPTY, depth_from_key, depth_key, same_class};
@@ -22,7 +24,10 @@ use crate::reflect::{Hit, MirrorGBuffer};
 
 /// A ray that meets a surfel's plane at more than this many times the distance of the hit, or less than its inverse, takes
 /// that of the hit: it passes the plane too flatly to tell.
-const DEPTH_RANGE: f32 = 1.25;
+pub const DEPTH_RANGE: f32 = 1.25;
+
+/// Largest half side of a splat, pixels: where a mirror's picture folds, a point is magnified without bound.
+pub const LARGEST_REACH: f32 = 64.0;
 
 /// Splats hits. Keeps its working memory between frames.
 #[derive(Debug, Default)]
@@ -34,7 +39,7 @@ pub struct Accumulator {
 struct Context<'a> {
     surfels: &'a Surfels,
     mirror: &'a MirrorGBuffer<Cpu>,
-    settings: &'a SscrSettings,
+    splatting: &'a Splatting,
 }
 
 /// A surfel that a mirror shows.
@@ -45,6 +50,8 @@ struct Splat {
     pixel: Vec2,
     distance: f32,
     half: Vec2,
+    /// Of the surfel as it is drawn.
+    radius: f32,
     region: u32,
     bounds: PixelRect,
 }
@@ -54,12 +61,23 @@ struct Fragment {
     distance: f32,
     weight: f32,
     behind: bool,
+    /// How far behind the nearest it may lie and still be averaged with it.
+    tolerance: f32,
 }
 
 impl Context<'_> {
+    /// Half the sides of a hit's splat, pixels.
+    fn half(&self, hit: &Hit) -> Vec2 {
+        match self.splatting.disc {
+            // What is not a number, where the mirror's picture folds, is as large as can be.
+            Some(_) => (hit.reach * self.splatting.enlarged).min(Vec2::splat(LARGEST_REACH)),
+            None => hit.reach,
+        }
+    }
+
     /// Pixels whose centres a hit's splat covers, at least the one it lies in.
     fn bounds(&self, hit: &Hit) -> Option<PixelRect> {
-        let (half, size) = (hit.reach, self.mirror.size().as_vec2());
+        let (half, size) = (self.half(hit), self.mirror.size().as_vec2());
         let cut = |v: f32, limit: f32| v.clamp(0.0, limit) as u32;
         let rect = PixelRect {
             x0: cut(hit.pixel.x - half.x + 0.5, size.x).min(cut(hit.pixel.x, size.x)),
@@ -74,12 +92,14 @@ impl Context<'_> {
         let index = hit.point as usize;
         let size = self.mirror.size();
         let at = hit.pixel.y as usize * size.x as usize + hit.pixel.x as usize;
+        let place = *self.surfels.places.get(index)?;
         Some(Splat {
-            place: *self.surfels.places.get(index)?,
+            place,
             finish: *self.surfels.finishes.get(index)?,
             pixel: hit.pixel,
             distance: hit.distance,
-            half: hit.reach,
+            half: self.half(hit),
+            radius: place.radius * self.splatting.enlarged,
             region: *self.mirror.region.values().get(at)?,
             bounds: self.bounds(hit)?,
         })
@@ -88,24 +108,74 @@ impl Context<'_> {
     /// A splat's part in the pixel at column `x`, row `y`; `None` where it has none.
     fn fragment(&self, splat: &Splat, x: u32, y: u32) -> Option<Fragment> {
         let index = y as usize * self.mirror.size().x as usize + x as usize;
-        if *self.mirror.region.values().get(index)? != splat.region || splat.region == 0 {
+        let origin = self.mirror.origin.values().get(index)?;
+        let direction = self.mirror.direction.values().get(index)?.truncate();
+        if origin.w <= 0.0 {
             return None;
         }
-        let origin = self.mirror.origin.values().get(index)?.truncate();
-        let direction = self.mirror.direction.values().get(index)?.truncate();
+        let to_surfel = splat.place.position - origin.truncate();
+        match self.splatting.disc {
+            Some(size) => self.disc_fragment(splat, to_surfel, direction, size),
+            None => {
+                let region = *self.mirror.region.values().get(index)?;
+                let centre = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                (region == splat.region && region != 0)
+                    .then(|| self.square_fragment(splat, to_surfel, direction, centre))
+            }
+        }
+    }
+
+    /// Where the pixel's ray meets the surfel's disc, of `size` times its radius.
+    fn disc_fragment(
+        &self,
+        splat: &Splat,
+        to_surfel: Vec3,
+        direction: Vec3,
+        size: f32,
+    ) -> Option<Fragment> {
         let normal = splat.finish.normal();
-        let to_surfel = splat.place.position - origin;
+        let cosine = normal.dot(direction);
+        let distance = normal.dot(to_surfel) / cosine;
+        let half = size * splat.radius;
+        let off = (direction * distance - to_surfel).length_squared() / (half * half);
+        // What is not a number fails.
+        let met = off <= 1.0 && distance > 0.0 && cosine * cosine >= EDGE_ON_COSINE_SQUARED;
+        // A ray leaves the mirror's own layer of points from their backs.
+        let layer = self.splatting.own_layer * splat.radius;
+        let own = splat.finish.mirror() > 0.0 && cosine > 0.0 && distance * cosine <= layer;
+        if !met || own {
+            return None;
+        }
+        let slope = (1.0 / (cosine * cosine) - 1.0).max(0.0).sqrt();
+        let tolerance = self.splatting.depth_offset + slope.min(MAX_TOLERANCE_SLOPE);
+        Some(Fragment {
+            distance,
+            weight: weight(off),
+            behind: cosine > 0.0,
+            tolerance: splat.radius * tolerance,
+        })
+    }
+
+    /// A part of the hit's square: it counts the less the farther off the surfel the pixel's ray passes.
+    fn square_fragment(
+        &self,
+        splat: &Splat,
+        to_surfel: Vec3,
+        direction: Vec3,
+        centre: Vec2,
+    ) -> Fragment {
+        let normal = splat.finish.normal();
         let met = normal.dot(to_surfel) / normal.dot(direction);
         let near = met > splat.distance / DEPTH_RANGE && met < splat.distance * DEPTH_RANGE;
         let distance = if near { met } else { splat.distance };
-        let aside = (direction * distance - to_surfel).length() / splat.place.radius;
-        let centre = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+        let aside = (direction * distance - to_surfel).length() / splat.radius;
         let t = 0.5 * ((centre - splat.pixel) / splat.half).length_squared();
-        Some(Fragment {
+        Fragment {
             distance,
             weight: weight(t.min(1.0)) / (1.0 + aside * aside),
             behind: normal.dot(to_surfel) > 0.0,
-        })
+            tolerance: self.splatting.depth_offset * splat.radius,
+        }
     }
 
     /// Calls `each(value, splat, its part)` for every pixel of a tile that a splat covers; `value` counts the tile's pixels.
@@ -157,10 +227,9 @@ impl Context<'_> {
                 return;
             };
             let own = key(splat, f);
-            let visible = match self.settings.visibility {
+            let visible = match self.splatting.visibility {
                 Visibility::Accumulate => {
-                    let offset = self.settings.depth_offset * splat.place.radius;
-                    same_class(own, keys[value]) && f.distance - front <= offset
+                    same_class(own, keys[value]) && f.distance - front <= f.tolerance
                 }
                 Visibility::Nearest => own == keys[value],
             };
@@ -172,7 +241,7 @@ impl Context<'_> {
             let aside = [
                 f32x4::from([0.0, ((f.distance - front) / front).min(1.0), 0.0, 0.0]),
                 f32x4::ZERO,
-                f32x4::from([0.0, 0.0, 0.0, (splat.place.radius / front).min(1.0)]),
+                f32x4::from([0.0, 0.0, 0.0, (splat.radius / front).min(1.0)]),
             ];
             let add = |sum: &mut [i32; 4], lanes: f32x4| {
                 *sum = (i32x4::from(*sum) + (lanes * s).fast_trunc_int()).into();
@@ -204,14 +273,14 @@ impl Accumulator {
         hits: &[Hit],
         surfels: &Surfels,
         mirror: &mut MirrorGBuffer<Cpu>,
-        settings: &SscrSettings,
+        splatting: &Splatting,
         job: &Job,
     ) -> Result<()> {
         let size = mirror.size();
         let context = Context {
             surfels,
             mirror,
-            settings,
+            splatting,
         };
         self.tiles
             .sort(size, hits.len(), |i| context.bounds(&hits[i]));

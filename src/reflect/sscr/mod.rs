@@ -2,11 +2,21 @@
 //! homogeneous curvature, and for every point of the cloud the pixel that shows it is searched by root finding.
 
 pub mod accumulate;
+pub mod beam;
+pub mod beam_tree;
+pub mod chart_class;
+pub mod charts;
 pub mod curvature;
 pub mod distribute;
+pub mod field;
+pub mod guided;
+pub mod heat;
 pub mod lhc;
 pub mod mirror_error;
 mod mirror_pixels;
+pub mod newton;
+mod outcome;
+pub mod prefix;
 mod random;
 pub mod root_find;
 mod settings;
@@ -14,7 +24,8 @@ mod settings;
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
 
-pub use settings::{Distribution, Search, SscrSettings, Visibility};
+pub(crate) use mirror_pixels::around;
+pub use settings::{Distribution, Search, Splatting, SscrSettings, Visibility};
 
 /// A region of homogeneous curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,10 +1,15 @@
 //! What can be set about the search.
 
+use super::prefix::Budget;
+use crate::gbuffer::SplatSettings;
 use crate::{setting_choice, settings_group};
 
 setting_choice! {
     /// How the pixel that shows a point is searched.
     pub enum Search {
+        /// Every place where a mirror shows the point: Gauss-Newton steps from where a chart of the mirror reflects towards
+        /// it.
+        Guided = "guided",
         /// Interleaved bracketing and bisection, one region a point [Preiner 2010, algorithm 3.1].
         Interleaved = "interleaved",
     }
@@ -30,7 +35,54 @@ setting_choice! {
     }
 }
 
+/// How hits become splats.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Splatting {
+    /// Which of the points found in a pixel it shows.
+    pub visibility: Visibility,
+    /// Depth by which a point may lie behind the nearest of its pixel and still be averaged with it, x spacing.
+    pub depth_offset: f32,
+    /// The pixels of a splat: those whose ray meets the surfel's disc, of so many times its radius; squares of the hit's
+    /// reach where there is none.
+    pub disc: Option<f32>,
+    /// Mirrors leave out their own points up to this far before them, x spacing.
+    pub own_layer: f32,
+    /// How much larger surfels are drawn: where a part of the points stands for all.
+    pub enlarged: f32,
+}
+
 impl SscrSettings {
+    /// How many points "guided" searches for mirrors of so many pixels.
+    pub fn budget(&self, mirror_pixels: u64) -> Budget {
+        if self.points_per_pixel > 0.0 {
+            let points = f64::from(self.points_per_pixel) * mirror_pixels as f64;
+            Budget::Points(points.ceil() as usize)
+        } else {
+            Budget::Enough { mirror_pixels }
+        }
+    }
+
+    /// How hits become splats, where `searched` of `points` points were searched and a surfel's disc is `splat_size` times
+    /// its radius.
+    pub fn splatting(&self, splat: &SplatSettings, searched: usize, points: usize) -> Splatting {
+        match self.search {
+            Search::Interleaved => Splatting {
+                visibility: self.visibility,
+                depth_offset: self.depth_offset,
+                disc: None,
+                own_layer: self.self_hit,
+                enlarged: 1.0,
+            },
+            Search::Guided => Splatting {
+                visibility: self.visibility,
+                depth_offset: splat.depth_tolerance,
+                disc: Some(splat.size),
+                own_layer: self.self_hit,
+                enlarged: (points as f32 / searched.max(1) as f32).sqrt(),
+            },
+        }
+    }
+
     /// Half the side of a splat at a distance from the mirror, pixels: it falls linearly to half a pixel at
     /// `sscr.mirror_far`. `diagonal` is that of the scene's box.
     pub fn splat_reach(&self, distance: f32, diagonal: f32) -> f32 {
@@ -44,7 +96,10 @@ settings_group! {
     /// How mirrors are searched for what they show.
     pub struct SscrSettings in "sscr" {
         /// How the pixel that shows a point is searched.
-        search: Search = Search::Interleaved;
+        search: Search = Search::Guided;
+        /// Points searched per mirror pixel by "guided", of the shuffled cloud; 0 takes as many as the mirrors need, in
+        /// doublings, until they hold eight hits a pixel. Fewer blur and cost less, in proportion.
+        points_per_pixel: f32 = 0.0, 0.0..=100000.0, "points";
         /// How many more random pixels of the region's box are tried for each of the two places where a search starts, if
         /// the first lies outside of the region. The first two gain most [Preiner 2010, figure 5.4]: the sphere's hit rate
         /// is 24, 34, 36 and 37 % for 0, 1, 2 and 4.

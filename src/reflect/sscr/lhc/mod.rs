@@ -6,6 +6,7 @@
 //! (`fill`), and the regions are put in order (`regions`).
 
 mod fill;
+mod merge;
 mod regions;
 mod suppress;
 mod trace;
@@ -111,6 +112,21 @@ impl Labeller {
         self.start(cells.size());
         trace::link(cells, class, &mut self.links);
         self.trace();
+        regions::put_in_order(&self.tallies, &mut self.order, &mut self.map);
+        &self.map
+    }
+
+    /// Like [`Labeller::label`]; regions of fewer than `least` pixels then join a neighbour.
+    pub fn label_merged(
+        &mut self,
+        cells: &Grid<u8>,
+        class: impl Fn(u8) -> u8,
+        least: u32,
+    ) -> &LhcMap {
+        self.start(cells.size());
+        trace::link(cells, class, &mut self.links);
+        self.trace();
+        merge::merge(cells, &mut self.map.labels, &mut self.tallies, least);
         regions::put_in_order(&self.tallies, &mut self.order, &mut self.map);
         &self.map
     }

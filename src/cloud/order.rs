@@ -1,12 +1,12 @@
-//! The order in which discs are packed into the tree: along a Morton curve, so that discs next to each other in the order
-//! mostly lie next to each other in space, however unevenly the points are spread.
+//! Points along a Morton curve: those next to each other in the order mostly lie next to each other in space, however
+//! unevenly the points are spread.
 //!
-//! A Hilbert curve, which never jumps, would make tracing a tenth faster and building twice as slow.
+//! A Hilbert curve, which never jumps, would make tracing a tenth faster and ordering twice as slow.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::cloud::Place;
+use super::Place;
 
 /// Bits of a cell's coordinate along an axis: half a millimetre in a kilometre.
 const BITS: u32 = 21;
@@ -15,7 +15,7 @@ const BITS: u32 = 21;
 const CHUNK: usize = 1 << 14;
 
 /// The indices of `places` along the curve. Places without finite coordinates go somewhere.
-pub(super) fn along_curve(places: &[Place]) -> Vec<u32> {
+pub fn along_curve(places: &[Place]) -> Vec<u32> {
     let (min, max) = places
         .par_chunks(CHUNK)
         .map(bounds)

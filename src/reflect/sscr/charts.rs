@@ -1,0 +1,192 @@
+//! Charts: parts of a mirror of one curvature, each with what it can show and where on it a search starts.
+//!
+//! Where directions and pixels answer each other, a small map, turned to the chart's rays, tells for a direction the pixel
+//! that reflects about that way. Where a chart may show a point several times, a [`BeamTree`] finds all places.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::beam::Beam;
+use super::beam_tree::BeamTree;
+use super::field::MirrorField;
+use super::{LhcMap, Region};
+use crate::error::Result;
+use crate::job::Job;
+
+/// Regions of fewer pixels join a neighbour.
+pub const LEAST_PIXELS: u32 = 48;
+
+/// Cells of a direction map along each axis.
+pub const MAP_SIDE: usize = 32;
+
+/// Where searches on a chart start.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Seeds {
+    /// At the pixel that reflects in the direction of the point.
+    Map(DirectionMap),
+    /// In every tile whose beam may show the point.
+    Tree(BeamTree),
+}
+
+/// Pixels by the direction of their reflected rays: stereographic around the cone's axis, so that the cone fills the map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DirectionMap {
+    right: Vec3,
+    up: Vec3,
+    axis: Vec3,
+    /// Half the map's side over the projected radius of the cone.
+    scale: f32,
+    /// Place in the field, row by row.
+    places: Vec<Vec2>,
+}
+
+/// A part of the mirrors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chart {
+    /// What it can show.
+    pub beam: Beam,
+    /// Where searches start.
+    pub seeds: Seeds,
+    /// Where they could start instead of in a tree's tiles, if the map then misses nothing.
+    pub(super) shortcut: Option<DirectionMap>,
+}
+
+impl DirectionMap {
+    /// The map of pixels with their directions; `None` where there is none.
+    fn new(beam: &Beam, samples: &[(Vec2, Vec3)]) -> Option<Self> {
+        let axis = beam.axis;
+        let right = axis.any_orthonormal_vector();
+        let half = MAP_SIDE as f32 * 0.5;
+        // Tangent of half the cone's angle: the radius that the projection gives it.
+        let radius = (beam.sine / (1.0 + beam.cosine).max(1e-3)).clamp(1e-6, 1e3);
+        let mut map = Self {
+            right,
+            up: axis.cross(right),
+            axis,
+            scale: half / radius,
+            places: vec![Vec2::NAN; MAP_SIDE * MAP_SIDE],
+        };
+        let (first, _) = samples.first()?;
+        map.places[0] = *first;
+        for (place, direction) in samples {
+            let cell = map.cell(*direction);
+            map.places[cell] = *place;
+        }
+        map.fill();
+        Some(map)
+    }
+
+    /// The cell of a direction, of any length but 0.
+    #[inline]
+    fn cell(&self, direction: Vec3) -> usize {
+        let along = self.axis.dot(direction) + direction.length();
+        let over = self.scale / along.max(1e-6);
+        let column = self.right.dot(direction) * over + MAP_SIDE as f32 * 0.5;
+        let row = self.up.dot(direction) * over + MAP_SIDE as f32 * 0.5;
+        let last = (MAP_SIDE - 1) as f32;
+        let (column, row) = (
+            column.clamp(0.0, last) as usize,
+            row.clamp(0.0, last) as usize,
+        );
+        row * MAP_SIDE + column
+    }
+
+    /// The place that reflects about in a direction.
+    #[inline]
+    pub fn place(&self, direction: Vec3) -> Vec2 {
+        self.places
+            .get(self.cell(direction))
+            .copied()
+            .unwrap_or(Vec2::ZERO)
+    }
+
+    /// Empty cells take the place of the nearest that is not, ring by ring.
+    fn fill(&mut self) {
+        let mut front: Vec<usize> = (0..self.places.len())
+            .filter(|&i| !self.places[i].is_nan())
+            .collect();
+        while !front.is_empty() {
+            let mut next = Vec::new();
+            for i in front {
+                let (x, y) = ((i % MAP_SIDE) as isize, (i / MAP_SIDE) as isize);
+                for (dx, dy) in [(1, 0), (0, 1), (-1, 0), (0, -1)] {
+                    let (x, y) = (x + dx, y + dy);
+                    let side = MAP_SIDE as isize;
+                    if x < 0 || y < 0 || x >= side || y >= side {
+                        continue;
+                    }
+                    let neighbour = (y * side + x) as usize;
+                    if self.places[neighbour].is_nan() {
+                        self.places[neighbour] = self.places[i];
+                        next.push(neighbour);
+                    }
+                }
+            }
+            front = next;
+        }
+    }
+}
+
+impl Chart {
+    fn new(field: &MirrorField, lhc: &LhcMap, label: u32, region: &Region) -> Option<Self> {
+        let first = field.place_of_pixel(region.bounds.x0, region.bounds.y0);
+        let (x0, y0) = (first.x as u32, first.y as u32);
+        let (width, height) = (
+            region.bounds.x1 - region.bounds.x0,
+            region.bounds.y1 - region.bounds.y0,
+        );
+        let of_chart = |x: u32, y: u32| {
+            lhc.labels.get(
+                (x - x0 + region.bounds.x0) as usize,
+                (y - y0 + region.bounds.y0) as usize,
+            ) == Some(&label)
+        };
+        let cells: Vec<(u32, u32)> = (y0..y0 + height)
+            .flat_map(|y| (x0..x0 + width).map(move |x| (x, y)))
+            .filter(|&(x, y)| of_chart(x, y) && field.is_whole(x, y))
+            .collect();
+        let beam = Beam::around(cells.iter().flat_map(|&(x, y)| corners(field, x, y)));
+        let samples: Vec<(Vec2, Vec3)> = cells
+            .iter()
+            .filter_map(|&(x, y)| {
+                Some((
+                    Vec2::new(x as f32 + 0.5, y as f32 + 0.5),
+                    field.texel(x, y)?.1,
+                ))
+            })
+            .collect();
+        Some(Self {
+            beam,
+            seeds: Seeds::Tree(BeamTree::new(field, &cells)?),
+            shortcut: DirectionMap::new(&beam, &samples),
+        })
+    }
+}
+
+/// Mirror points and rays of the four corners of a cell.
+pub(super) fn corners(
+    field: &MirrorField,
+    x: u32,
+    y: u32,
+) -> impl Iterator<Item = (Vec3, Vec3)> + Clone + '_ {
+    [(0, 0), (1, 0), (0, 1), (1, 1)]
+        .into_iter()
+        .filter_map(move |(dx, dy)| field.texel(x + dx, y + dy))
+}
+
+/// The charts of a picture: one a region that has a cell of the field.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn charts(field: &MirrorField, lhc: &LhcMap, job: &Job) -> Result<Vec<Chart>> {
+    let charts = (lhc.regions.par_iter().enumerate())
+        .map(|(k, region)| {
+            if job.is_cancelled() {
+                return None;
+            }
+            Chart::new(field, lhc, k as u32 + 1, region)
+        })
+        .collect::<Vec<_>>();
+    job.check()?;
+    Ok(charts.into_iter().flatten().collect())
+}
