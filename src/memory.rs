@@ -6,6 +6,7 @@ use crate::cloud::require_memory;
 use crate::error::Result;
 use crate::gbuffer::average::Pixel;
 use crate::gbuffer::visibility::Sums;
+use crate::gi::vpl::VPL_MAP_SIDE;
 use crate::output::OutputKind;
 use crate::plan::{Plan, Stage};
 use crate::reflect::sscr::heat::HeatSums;
@@ -26,6 +27,15 @@ const REFLECTING: u64 = 2 * VECTOR + 16 + (size_of::<Pixel>() as u64 + VECTOR) *
 
 /// A pixel while a device splats: its key, count and sums.
 const SPLATTING: u64 = 8 + size_of::<Sums>() as u64;
+
+/// A pixel of a picture that receives indirect light: who receives it, and what was gathered.
+const RECEIVING: u64 = 5 * VECTOR;
+
+/// A pixel while what was gathered is merged.
+const MERGING: u64 = 2 * VECTOR;
+
+/// The shadow maps of a batch of virtual lights, and the tree for light by way of mirrors.
+const INDIRECT: u64 = 160 << 20;
 
 /// Working memory that does not grow with the picture.
 const SPARE: u64 = 64 << 20;
@@ -51,8 +61,8 @@ pub(crate) struct Rendering<'a> {
 }
 
 impl Rendering<'_> {
-    /// Bytes of main memory, at the worst moment: what the frame leaves, and the larger of what mirrors take on the way
-    /// and what encoding the largest output takes.
+    /// Bytes of main memory, at the worst moment: what the frame leaves, and the largest of what mirrors take on the way,
+    /// what indirect light takes, and what encoding the largest output takes.
     fn bytes(&self, grids: GridsIn) -> u64 {
         let pixels = u64::from(self.size.x) * u64::from(self.size.y);
         let maps = if self.plan.runs(Stage::LightDepth, true) {
@@ -84,6 +94,13 @@ impl Rendering<'_> {
             0
         };
         let reflecting = if reflects { pixels * REFLECTING } else { 0 };
+        let indirect = if self.plan.runs(Stage::Indirect, true) {
+            let pictures = if reflects { 2 } else { 1 };
+            let seen = u64::from(VPL_MAP_SIDE).pow(2) * 3 * VECTOR * self.lights as u64;
+            pixels * (pictures * RECEIVING + MERGING) + seen + INDIRECT
+        } else {
+            0
+        };
         let encoding = (self.outputs.iter())
             .map(|output| pixels * output.bytes_per_pixel())
             .max()

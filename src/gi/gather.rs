@@ -157,10 +157,11 @@ pub fn gather(
                         }),
                 );
                 let (first, end) = part_of(vpls.len() as u32, part, parts);
-                for v in first as usize..end as usize {
-                    let map = &maps.keys.values()[v * texels..(v + 1) * texels];
+                let (first, end) = (first as usize, end as usize);
+                let own = maps.keys.values()[first * texels..end * texels].chunks(texels);
+                for (vpl, map) in vpls[first..end].iter().zip(own) {
                     for gatherer in gatherers.iter_mut() {
-                        gatherer.add(&vpls[v], map, &maps.slices);
+                        gatherer.add(vpl, map, &maps.slices);
                     }
                 }
                 for gatherer in gatherers.iter() {
