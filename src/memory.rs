@@ -105,7 +105,7 @@ impl Rendering<'_> {
             .map(|output| pixels * output.bytes_per_pixel())
             .max()
             .unwrap_or(0);
-        SPARE + frame + held + heat + reflecting.max(encoding)
+        SPARE + frame + held + heat + reflecting.max(encoding).max(indirect)
     }
 
     /// [`crate::Error::Memory`] where the picture would not fit.
