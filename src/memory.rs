@@ -121,8 +121,20 @@ mod tests {
     use crate::output::PictureFormat;
     use crate::plan::SceneFacts;
 
+    /// Under direct light alone.
     fn bytes(size: UVec2, mirror_points: u64, outputs: &[OutputKind], grids: GridsIn) -> u64 {
-        let settings = Settings::default();
+        let mut settings = Settings::default();
+        settings.gi.vpl_count = 0;
+        bytes_with(&settings, size, mirror_points, outputs, grids)
+    }
+
+    fn bytes_with(
+        settings: &Settings,
+        size: UVec2,
+        mirror_points: u64,
+        outputs: &[OutputKind],
+        grids: GridsIn,
+    ) -> u64 {
         let facts = SceneFacts {
             points: 100,
             mirror_points,
@@ -131,8 +143,8 @@ mod tests {
         let rendering = Rendering {
             size,
             lights: 1,
-            plan: &Plan::new(&facts, &settings),
-            settings: &settings,
+            plan: &Plan::new(&facts, settings),
+            settings,
             outputs,
         };
         rendering.bytes(grids)
@@ -166,7 +178,14 @@ mod tests {
             OutputKind::CameraGBuffer,
             OutputKind::MirrorGBuffer,
         ];
-        let needed = bytes(UVec2::new(1920, 1080), 1, &all, GridsIn::MainMemory);
+        let size = UVec2::new(1920, 1080);
+        let indirect = Settings::default();
+        let needed = bytes_with(&indirect, size, 1, &all, GridsIn::MainMemory);
         assert!(needed < 1 << 30, "{needed} bytes");
+        let direct = bytes(size, 1, &all, GridsIn::MainMemory);
+        assert!(
+            needed > direct,
+            "indirect light takes memory: {needed} bytes, {direct} without"
+        );
     }
 }
