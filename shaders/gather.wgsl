@@ -5,7 +5,7 @@
 override PIXEL_GROUP: u32 = 8u; // threads per workgroup side
 override BIAS: f32;
 override BIAS_TEXELS: f32;
-override RESIDUAL: f32;
+override RESIDUAL_SOFTENING: f32;
 
 struct GatherParams {
     size: vec2u,            // of the picture, pixels
@@ -84,7 +84,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let facing_both = along * cosine / (distance * PI);
         let softening = vpls[v].softening;
         let bounded = 1.0 / (distance_squared + softening);
-        let left_out = 1.0 / (distance_squared + softening * RESIDUAL) - bounded;
+        let left_out = 1.0 / (distance_squared + softening * RESIDUAL_SOFTENING) - bounded;
         var flux = vpls[v].flux;
         if vpls[v].specular > 0.0 {
             let base = max(dot3(vpls[v].mirrored, to / distance), 0.0);

@@ -8,6 +8,7 @@ mod kernels;
 mod mirror_splats;
 mod mirrors;
 mod pictures;
+mod reflections;
 mod search;
 mod support;
 
@@ -124,6 +125,10 @@ pub(crate) fn tests() -> Vec<Trial> {
         test(
             "bands_of_hits_do_not_show",
             mirror_splats::bands_of_hits_do_not_show,
+        ),
+        test(
+            "bands_of_a_reflection_do_not_show",
+            reflections::bands_of_a_reflection_do_not_show,
         ),
         test(
             "closing_agrees_at_every_level",

@@ -220,15 +220,14 @@ impl Backend for Cpu {
         budget: Budget,
         job: &Job,
     ) -> Result<(Vec<Hit>, SearchCounts, usize)> {
-        self.timings.time("guided", || {
-            let mut hits = Vec::new();
-            let (counts, searched) = prefix.grow(&points.places, budget, |order| {
-                let (found, counts) = guide.search(points, order, job)?;
-                hits.extend(found);
-                Ok(counts)
-            })?;
-            Ok((hits, counts, searched))
-        })
+        let mut hits = Vec::new();
+        let search = |order: &[u32], timings: &mut Timings| {
+            let (found, counts) = timings.time("guided", || guide.search(points, order, job))?;
+            hits.extend(found);
+            Ok(counts)
+        };
+        let (counts, searched) = prefix.grow(&points.places, budget, &mut self.timings, search)?;
+        Ok((hits, counts, searched))
     }
 
     fn accumulate(

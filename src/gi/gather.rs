@@ -52,7 +52,7 @@ pub struct Gathered<B: Backend> {
 }
 
 /// Share of the softening that bounds what is left out, in its turn: nearer than an eighth of a light's radius counts as at it.
-pub const RESIDUAL: f32 = 1.0 / 64.0;
+pub const RESIDUAL_SOFTENING: f32 = 1.0 / 64.0;
 
 fn dot(a: Vec3, b: Vec3) -> f32 {
     a.x * b.x + a.y * b.y + a.z * b.z
@@ -85,7 +85,7 @@ impl Gatherer {
         }
         let facing_both = along * cosine / (distance * PI);
         let bounded = 1.0 / (distance_squared + vpl.softening);
-        let left_out = 1.0 / (distance_squared + vpl.softening * RESIDUAL) - bounded;
+        let left_out = 1.0 / (distance_squared + vpl.softening * RESIDUAL_SOFTENING) - bounded;
         let mut flux = vpl.flux;
         if vpl.specular > 0.0 {
             flux = vpl.flux_towards(to / distance);

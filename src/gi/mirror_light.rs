@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::gbuffer::SplatSettings;
 use crate::grid::Grid;
 use crate::job::Job;
-use crate::reflect::ray_trace::{RayTraceSettings, RayTracer};
+use crate::reflect::ray_trace::{Pixels, RayTraceSettings, RayTracer};
 use crate::reflect::{Eye, MirrorGBuffer, Surface};
 use crate::timing::Timings;
 
@@ -115,8 +115,13 @@ impl MirrorPaths {
             seen.origin.values_mut()[i] = leg.origin.extend(1.0);
             seen.direction.values_mut()[i] = leg.direction.extend(0.0);
         }
-        self.tracer
-            .trace(&surface, &mut seen, &mut Timings::default(), job)?;
+        self.tracer.trace(
+            &surface,
+            &mut seen,
+            Pixels::All,
+            &mut Timings::default(),
+            job,
+        )?;
         let landing = |(i, leg): (usize, &Leg)| {
             let pixel = seen.at(i)?;
             Some(Landing {

@@ -9,6 +9,8 @@ use crate::{setting_choice, settings_group};
 use sscr::{LhcMap, Region};
 
 mod blend;
+pub mod cost;
+mod doubt;
 mod mirror_gbuffer;
 pub mod ray_trace;
 mod reflector;
@@ -26,6 +28,8 @@ setting_choice! {
         Sscr = "sscr",
         /// The reference: for every mirror pixel the reflected ray is traced through all points.
         RayTrace = "ray_trace",
+        /// The guided search or traced rays, whichever a model of their cost says is cheaper for the mirrors in the picture.
+        Auto = "auto",
     }
 }
 

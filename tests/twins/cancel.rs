@@ -4,7 +4,12 @@ use catoptric::backend::Backend;
 use catoptric::backend::cpu::Cpu;
 use catoptric::{Error, Job};
 
+use catoptric::gbuffer::SplatSettings;
+use catoptric::gbuffer::disc::PixelRect;
+use catoptric::reflect::LabelledMirrors;
 use catoptric::reflect::sscr::curvature::Axes;
+use catoptric::reflect::sscr::{Region, SscrSettings};
+use glam::Vec3;
 
 use super::support::{SIZE, cloud, gpu, pinhole};
 
@@ -17,13 +22,40 @@ pub(super) fn stages_end_on_the_gpu() {
 }
 
 fn stages_are_cancelled<B: Backend>(backend: &mut B) {
-    let (job, settings) = (Job::default(), Default::default());
+    let (job, settings) = (Job::default(), SplatSettings::default());
     let points = backend.upload(&cloud(3000, true)).expect("points");
     let mut seen = backend
         .splat(&points, &pinhole(SIZE), &settings, &job)
         .expect("a G-buffer");
     let surface = backend.surface(&seen, &job).expect("mirrors");
     let mut mirror = backend.reflected_rays(&surface, &job).expect("rays");
+    // One region: whatever of the picture is a mirror.
+    let pixels = SIZE.x * SIZE.y;
+    let labels = backend
+        .write(SIZE, &vec![1u32; pixels as usize])
+        .expect("labels");
+    let region = Region {
+        bounds: PixelRect {
+            x0: 0,
+            y0: 0,
+            x1: SIZE.x,
+            y1: SIZE.y,
+        },
+        pixels,
+        weight: 1.0,
+        accumulated_weight: 1.0,
+    };
+    let mirrors = LabelledMirrors {
+        surface: &surface,
+        labels: &labels,
+        regions: &[region],
+        right: Vec3::X,
+    };
+    let sscr = SscrSettings::default();
+    let (hits, _) = backend
+        .root_find(&points, &mirrors, &sscr, 5.0, &job)
+        .expect("hits");
+    let splatting = sscr.splatting(false, &settings, 1, 1);
     let mut radiance = backend
         .shade_mirror(&mirror, &[], &Default::default(), &job)
         .expect("radiance");
@@ -50,6 +82,20 @@ fn stages_are_cancelled<B: Backend>(backend: &mut B) {
             "curvature",
             backend
                 .curvature(&surface, Axes::Way, &Default::default(), &job)
+                .err(),
+        ),
+        (
+            "root_find",
+            backend.root_find(&points, &mirrors, &sscr, 5.0, &job).err(),
+        ),
+        (
+            "search_heat",
+            backend.search_heat(&points, &mirrors, &sscr, &job).err(),
+        ),
+        (
+            "accumulate",
+            backend
+                .accumulate(&hits, &points, &mut mirror, &splatting, &job)
                 .err(),
         ),
         (

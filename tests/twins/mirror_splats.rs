@@ -15,7 +15,7 @@ use super::support::{difference, gpu, options};
 
 /// How its hits become splats.
 fn squares(settings: &SscrSettings) -> Splatting {
-    settings.splatting(&SplatSettings::default(), POINTS, POINTS)
+    settings.splatting(false, &SplatSettings::default(), POINTS, POINTS)
 }
 
 /// A device whose bindings are so small that points, hits and sums need several bands.

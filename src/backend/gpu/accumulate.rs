@@ -14,7 +14,6 @@ use crate::error::Result;
 use crate::gbuffer::visibility::Sums;
 use crate::job::Job;
 use crate::reflect::MirrorGBuffer;
-use crate::reflect::sscr::accumulate::LARGEST_REACH;
 use crate::reflect::sscr::{Splatting, Visibility};
 
 gpu_struct! {
@@ -131,17 +130,17 @@ impl Gpu {
     ) -> Result<()> {
         let size = mirror.origin.size();
         // A square's region is that of the hit's own pixel, which lies up to a reach beyond the rows; discs have none.
-        let (reach, halo) = match splatting.disc {
-            Some(_) => (LARGEST_REACH, 0),
-            None => (hits.reach, hits.reach.max(0.0) as u32 + 2),
+        let halo = match splatting.disc {
+            Some(_) => 0,
+            None => hits.reach.max(0.0) as u32 + 2,
         };
         let need = Need {
             halo,
             bytes: size_of::<Sums>() as u64,
             steps: 1,
         };
-        let side = 2 * (reach.max(0.0) as u64 + 1);
-        let in_time = (STEPS / (side * side * FRAGMENT_COST)).min(CHUNK.into()) as u32;
+        let fragments = hits.area * splatting.enlarged.max(1.0).powi(2);
+        let in_time = STEPS / (fragments as u64 * FRAGMENT_COST).max(1);
         let splats = Splats {
             hits,
             points,
@@ -162,7 +161,7 @@ impl Gpu {
                 pad0: 0,
                 pad1: 0,
             },
-            chunk: in_time.max(POINT_GROUP),
+            chunk: (in_time.min(CHUNK.into()) as u32).max(POINT_GROUP),
         };
         for window in windows(size, need, &self.device.limits) {
             let pixels = u64::from(window.pixels.end - window.pixels.start);

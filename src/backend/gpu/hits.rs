@@ -4,11 +4,14 @@
 
 use std::sync::Arc;
 
+use glam::Vec2;
+
 use super::Gpu;
 use super::buffers::{Binding, Buffer, Pool, STORAGE};
 use super::layout::gpu_layout;
 use crate::error::Result;
 use crate::reflect::Hit;
+use crate::reflect::sscr::accumulate::LARGEST_REACH;
 
 gpu_layout!(Hit {
     pixel,
@@ -16,6 +19,15 @@ gpu_layout!(Hit {
     point,
     distance
 });
+
+/// Hits whose splats are averaged.
+const SAMPLE: usize = 1 << 12;
+
+/// Pixels that a splat covers, about; what is not a number is as large as can be.
+fn area(reach: Vec2) -> f32 {
+    let side = reach.min(Vec2::splat(LARGEST_REACH)) * 2.0 + 1.0;
+    side.x * side.y
+}
 
 const HIT: u64 = size_of::<Hit>() as u64;
 
@@ -35,6 +47,8 @@ pub struct GpuHits {
     pub(super) bands: Vec<HitBand>,
     /// Half the side of the largest splat, at most; pixels.
     pub(super) reach: f32,
+    /// Pixels of a splat, on average over any few thousand hits, at most.
+    pub(super) area: f32,
 }
 
 impl HitBand {
@@ -60,6 +74,7 @@ impl GpuHits {
         Self {
             bands: Vec::new(),
             reach,
+            area: area(Vec2::splat(reach)),
         }
     }
 
@@ -115,7 +130,13 @@ impl Gpu {
     /// As every stage.
     pub fn write_hits(&mut self, hits: &[Hit]) -> Result<GpuHits> {
         let reach = hits.iter().map(|hit| hit.reach.max_element());
-        let mut list = GpuHits::new(reach.fold(0.0, f32::max));
+        let areas = hits
+            .chunks(SAMPLE)
+            .map(|part| part.iter().map(|hit| area(hit.reach)).sum::<f32>() / part.len() as f32);
+        let mut list = GpuHits {
+            area: areas.fold(1.0, f32::max),
+            ..GpuHits::new(reach.fold(0.0, f32::max))
+        };
         let limits = self.device.limits.clone();
         for part in hits.chunks(GpuHits::band_limit(&limits) as usize) {
             let count = part.len() as u32;

@@ -9,7 +9,8 @@ use glam::UVec2;
 
 use super::buffers::{BINDING_ALIGNMENT, Binding, Pool, UNIFORM};
 use super::device::Device;
-use super::shaders::{SHARED, Shader, link};
+use super::link::link;
+use super::shaders::{SHARED, Shader};
 use super::stamps::Stamps;
 use crate::error::{Error, Result};
 use crate::job::Job;

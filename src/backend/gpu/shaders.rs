@@ -1,14 +1,17 @@
-//! The table of shaders, and the linker that puts `#import`s into them.
+//! The table of shaders.
 
 use super::accumulate::HitParams;
 use super::blend::BlendParams;
 use super::curvature::CurvatureParams;
 use super::edl::EdlParams;
 use super::fill::{CoverageParams, RingParams};
-use super::gather::{AddParams, FilterParams, GatherParams, IsmParams, PhotonParams};
+use super::gather::{FilterParams, GatherParams};
+use super::guided::{BeamNode, FieldParams, GuidedParams};
+use super::ism::IsmParams;
 use super::kernel::{PIXEL_GROUP, POINT_GROUP};
 use super::layout::{GpuStruct, Layout};
 use super::mirror_pixels::MirrorPixelsParams;
+use super::photons::{AddParams, PhotonParams};
 use super::pull_push::{Cell, PullParams, PushParams};
 use super::receivers::{MirrorReceiverParams, ReceiverParams};
 use super::root_find::{DistributeParams, Region, RootFindParams};
@@ -18,13 +21,12 @@ use super::splat::{ClearParams, LightCloseParams, SplatParams};
 use super::surface::{EyeParams, ReflectedRaysParams, SurfaceParams};
 use crate::camera::Pinhole;
 use crate::cloud::SHININESS_LOG_RANGE;
-use crate::error::{Error, Result};
 use crate::gbuffer::disc::{BOUNDS_SLACK, EDGE_ON_COSINE_SQUARED, MAX_TOLERANCE_SLOPE, RIM};
 use crate::gbuffer::fill::{AGREE_SPACINGS, MIN_NEIGHBOURS};
 use crate::gbuffer::leak::LEAK_NEIGHBOURS;
 use crate::gbuffer::smooth::{DEPTH_SPACINGS, NORMAL_DIFFERENCE};
 use crate::gi::add_indirect::MIN_LUMINANCE;
-use crate::gi::gather::RESIDUAL;
+use crate::gi::gather::RESIDUAL_SOFTENING;
 use crate::gi::indirect_filter::{NORMAL_COSINE, PLANE_SLOPE, PLANE_SPACINGS};
 use crate::gi::ism::{
     BIAS, BIAS_TEXELS, DISTANCE_BASE, DISTANCE_MAX, DISTANCE_SHIFT, OWN_COSINE, OWN_HEIGHT,
@@ -35,11 +37,17 @@ use crate::gi::shade::RECEIVER_COSINE;
 use crate::gi::vpl::Vpl;
 use crate::reflect::Hit;
 use crate::reflect::sscr::accumulate::{DEPTH_RANGE, LARGEST_REACH};
+use crate::reflect::sscr::charts::MAP_SIDE;
 use crate::reflect::sscr::curvature::{
     CONCAVE, CONVEX, MIN_STEP_SINE, PLANAR, X_STEP, Y_SHIFT, Y_STEP,
 };
+use crate::reflect::sscr::field::OUTLINE;
+use crate::reflect::sscr::guided::{END_REACH, SAME_ROOT, STAY};
 use crate::reflect::sscr::heat::{MAX_RESIDUAL, RESIDUAL_SCALE};
 use crate::reflect::sscr::mirror_error::SMALLEST_COSINE;
+use crate::reflect::sscr::newton::{
+    DAMPING, FOLD, HALVINGS, LAST_STEP, LONGEST_STEP, MAX_STEPS, RESIDUAL, RESIDUAL_FLOOR,
+};
 use crate::reflect::sscr::root_find::SMALLEST_STEP;
 
 /// One kernel's source. Its name is the file's, the label in a profile and the row in the report.
@@ -183,7 +191,7 @@ shader! {
         DISTANCE_KEY[2],
         ("BIAS", BIAS as f64),
         ("BIAS_TEXELS", BIAS_TEXELS as f64),
-        ("RESIDUAL", RESIDUAL as f64),
+        ("RESIDUAL_SOFTENING", RESIDUAL_SOFTENING as f64),
     ]
 }
 shader! {
@@ -236,6 +244,27 @@ shader! {
 shader! {
     /// Searches the points in the mirrors.
     ROOT_FIND = "root_find", &[POINT, COSINE, ("SMALLEST_STEP", SMALLEST_STEP as f64)]
+}
+
+shader! {
+    /// Searches the points on the charts of the mirrors.
+    GUIDED = "guided", &[
+        POINT,
+        ("OUTLINE", OUTLINE as f64),
+        ("MAX_STEPS", MAX_STEPS as f64),
+        ("LONGEST_STEP", LONGEST_STEP as f64),
+        ("HALVINGS", HALVINGS as f64),
+        ("LAST_STEP", LAST_STEP as f64),
+        ("RESIDUAL", RESIDUAL as f64),
+        ("RESIDUAL_FLOOR", RESIDUAL_FLOOR as f64),
+        ("FOLD", FOLD as f64),
+        ("DAMPING", DAMPING as f64),
+        ("SAME_ROOT", SAME_ROOT as f64),
+        ("STAY", STAY as f64),
+        ("END_REACH", END_REACH as f64),
+        ("MAP_SIDE", MAP_SIDE as f64),
+        ("LARGEST_REACH", LARGEST_REACH as f64),
+    ]
 }
 
 shader! {
@@ -294,6 +323,7 @@ pub const SHARED: &[(&str, &str)] = shared![
     "distribute",
     "dot3",
     "eye",
+    "field",
     "hit",
     "hit_params",
     "hit_splat",
@@ -302,6 +332,7 @@ pub const SHARED: &[(&str, &str)] = shared![
     "light",
     "mirror_space",
     "neighbours",
+    "newton",
     "pinhole",
     "plane_depth",
     "pull",
@@ -341,6 +372,7 @@ pub const SHADERS: &[Shader] = &[
     CURVATURE,
     MIRROR_PIXELS,
     ROOT_FIND,
+    GUIDED,
     SEARCH_HEAT,
     HIT_DEPTH,
     HIT_VISIBILITY,
@@ -381,6 +413,9 @@ pub const LAYOUTS: &[Layout] = &[
     Region::LAYOUT,
     DistributeParams::LAYOUT,
     RootFindParams::LAYOUT,
+    FieldParams::LAYOUT,
+    GuidedParams::LAYOUT,
+    BeamNode::LAYOUT,
     Hit::LAYOUT,
     HitParams::LAYOUT,
     Cell::LAYOUT,
@@ -390,63 +425,3 @@ pub const LAYOUTS: &[Layout] = &[
     ShadeMirrorParams::LAYOUT,
     BlendParams::LAYOUT,
 ];
-
-/// Puts the files of `shaders/shared` in the place of the `#import` lines that name them, each once.
-///
-/// # Errors
-/// Where a name is not in `shared`.
-pub fn link(source: &str, shared: &[(&str, &str)]) -> Result<String> {
-    let mut linked = String::new();
-    let mut seen = Vec::new();
-    append(source, shared, &mut seen, &mut linked)?;
-    Ok(linked)
-}
-
-fn append<'a>(
-    source: &'a str,
-    shared: &[(&str, &'a str)],
-    seen: &mut Vec<&'a str>,
-    linked: &mut String,
-) -> Result<()> {
-    for line in source.lines() {
-        let Some(name) = line.strip_prefix("#import ").map(str::trim) else {
-            linked.push_str(line);
-            linked.push('\n');
-            continue;
-        };
-        if seen.contains(&name) {
-            continue;
-        }
-        seen.push(name);
-        let Some((_, text)) = shared.iter().find(|(known, _)| *known == name) else {
-            return Err(Error::Gpu(format!(
-                "a shader imports {name:?}, which does not exist"
-            )));
-        };
-        append(text, shared, seen, linked)?;
-    }
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const FILES: &[(&str, &str)] = &[("a", "#import b\nA"), ("b", "#import a\nB")];
-
-    #[test]
-    fn an_import_is_replaced_once_even_in_a_cycle() {
-        assert_eq!(
-            link("#import a\n#import b\nC", FILES).expect("known names"),
-            "B\nA\nC\n"
-        );
-    }
-
-    #[test]
-    fn an_unknown_import_is_refused_by_name() {
-        let error = link("#import c", FILES)
-            .expect_err("there is no c")
-            .to_string();
-        assert!(error.contains("\"c\""), "{error}");
-    }
-}

@@ -25,7 +25,7 @@ use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
 
 pub(crate) use mirror_pixels::around;
-pub use settings::{Distribution, Search, Splatting, SscrSettings, Visibility};
+pub use settings::{Closing, Distribution, Search, Splatting, SscrSettings, Visibility};
 
 /// A region of homogeneous curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]
