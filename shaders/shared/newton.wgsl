@@ -55,11 +55,11 @@ struct Place {
 }
 
 // The place that a step leads to; a step that leaves the mirror is halved.
-fn take_step(from: vec2f, first_step: vec2f) -> Place {
+fn take_step(origin: vec2f, first_step: vec2f) -> Place {
     var step = first_step;
     var place: Place;
     for (var k = 0u; k <= HALVINGS; k++) {
-        place.at = from + step;
+        place.at = origin + step;
         place.field = field_sample(place.at);
         if place.field.valid {
             break;
