@@ -23,6 +23,7 @@ mod generate;
 mod guided;
 mod hostile;
 mod ideal;
+mod indirect;
 mod limits;
 mod mesh;
 mod npz;
@@ -60,6 +61,7 @@ fn main() {
         generate::tests(),
         guided::tests(),
         hostile::tests(),
+        indirect::tests(),
         limits::tests(),
         mesh::tests(),
         oracle::tests(),
