@@ -5,7 +5,6 @@
 
 #![expect(
     clippy::print_stdout,
-    clippy::unwrap_used,
     reason = "an example that reports its figures, and may fail by panic"
 )]
 
