@@ -29,6 +29,7 @@ mod oracle;
 mod output;
 mod overrides;
 mod program;
+mod quality;
 mod ray_trace;
 mod regions;
 mod render;
@@ -64,6 +65,7 @@ fn main() {
         oracle::tests(),
         output::tests(),
         overrides::tests(),
+        quality::tests(),
         regions::tests(),
         render::tests(),
         rendered::tests(),
