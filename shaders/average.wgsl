@@ -2,9 +2,9 @@
 // One thread per pixel. CPU twin: `average` in src/gbuffer/average.rs.
 #import splat
 #import depth_key
+#import average
 
 override PIXEL_GROUP: u32 = 8u; // threads per workgroup side
-override SHININESS_LOG_RANGE: f32;
 
 @group(0) @binding(0) var<uniform> params: SplatParams;
 @group(0) @binding(1) var<storage, read> keys: array<u32>;
@@ -28,22 +28,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         material[pixel] = vec4f(0.0);
         return;
     }
-    let front = key_depth(key);
-    let inverse = 1.0 / depth_sums.x;
-    let normal_sums = vec4f(sums[pixel * 3u + 2u]) * inverse;
-
-    // Opposite normals that cancel leave none: any unit vector is as good, and none is NaN.
-    let length_squared = dot3(normal_sums.xyz, normal_sums.xyz);
-    var normal = vec3f(0.0, 0.0, 1.0);
-    if length_squared > 1e-12 {
-        normal = normal_sums.xyz / sqrt(length_squared);
-    }
-    surface[pixel] = vec4f(normal, front + depth_sums.y * inverse * front);
-    albedo[pixel] = vec4f(sums[pixel * 3u + 1u]) * inverse;
-    material[pixel] = vec4f(
-        depth_sums.z * inverse,
-        exp2(depth_sums.w * inverse * SHININESS_LOG_RANGE) - 1.0,
-        normal_sums.w * front,
-        1.0,
-    );
+    let shown = averaged(key_depth(key), depth_sums, vec4f(sums[pixel * 3u + 1u]), vec4f(sums[pixel * 3u + 2u]));
+    surface[pixel] = shown.surface;
+    albedo[pixel] = shown.albedo;
+    material[pixel] = shown.material;
 }

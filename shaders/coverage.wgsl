@@ -1,14 +1,8 @@
 // Counts the pixels that show something.
 // One thread per pixel. CPU twin: `coverage` in src/gbuffer/coverage.rs.
+#import coverage
 
 override PIXEL_GROUP: u32 = 8u; // threads per workgroup side
-
-struct CoverageParams {
-    width: u32,         // pixels
-    first_row: u32,
-    end_row: u32,
-    first_pixel: u32,   // number of the bindings' first pixel, row by row
-}
 
 @group(0) @binding(0) var<uniform> params: CoverageParams;
 @group(0) @binding(1) var<storage, read> albedo: array<vec4f>;

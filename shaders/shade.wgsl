@@ -1,29 +1,16 @@
 // Adds the light of one spot to the radiance of every pixel towards the eye.
 // One thread per pixel. CPU twin: `shade` in src/gi/shade.rs.
 #import plane_depth
-#import depth_key
+#import light
 
 override PIXEL_GROUP: u32 = 8u; // threads per workgroup side
-override RECEIVER_COSINE: f32;
-
-const PI: f32 = 3.14159265;
 
 struct ShadeParams {
-    pinhole: Pinhole,           // the eye's
-    light_pinhole: Pinhole,     // the light map's
-    position: vec3f,            // of the light, relative to the scene's origin
-    inner_angle: f32,           // half angle, radians
-    axis: vec3f,                // of the light, unit
-    outer_angle: f32,           // half angle, radians
-    intensity: vec3f,           // W/sr per channel
-    bias: f32,                  // over the local spacing
-    rows: vec2u,                // first row, and one past the last
-    first_pixel: u32,           // number of the bindings' first pixel, row by row
-    split: u32,                 // number of the first texel that `high_keys` holds
-    first_light: u32,           // 1: the radiance so far is none
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
+    pinhole: Pinhole,   // the eye's
+    light: LightParams,
+    rows: vec2u,        // first row, and one past the last
+    first_pixel: u32,   // number of the bindings' first pixel, row by row
+    pad: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: ShadeParams;
@@ -34,78 +21,6 @@ struct ShadeParams {
 @group(0) @binding(4) var<storage, read> low_keys: array<u32>;
 @group(0) @binding(5) var<storage, read> high_keys: array<u32>;
 @group(0) @binding(6) var<storage, read_write> radiance: array<vec4f>;
-
-fn light_key(texel: vec2i) -> u32 {
-    let size = vec2i(params.light_pinhole.size);
-    if any(texel < vec2i(0)) || any(texel >= size) {
-        return EMPTY;
-    }
-    let index = u32(texel.y) * params.light_pinhole.size.x + u32(texel.x);
-    if index >= params.split {
-        return high_keys[index - params.split];
-    }
-    return low_keys[index];
-}
-
-// The light's share that reaches a point: bilinear over the four nearest texels, each compared with the receiver's own
-// plane at that texel. Empty texels are lit.
-fn light_visibility(position: vec3f, world_normal: vec3f, bias: f32) -> f32 {
-    let pinhole = params.light_pinhole;
-    let view = view_from_world(pinhole, position);
-    if view.z < pinhole.near {
-        return 0.0;
-    }
-    let normal = view_from_world_direction(pinhole, world_normal);
-    let along = dot3(normal, view);
-    let pixel = pixel_from_view(pinhole, view) - 0.5;
-    let base = floor(pixel);
-    let fraction = pixel - base;
-    let flat = abs(along) <= RECEIVER_COSINE * sqrt(dot3(view, view));
-    var lit = 0.0;
-    for (var k = 0u; k < 4u; k++) {
-        let corner = vec2f(f32(k & 1u), f32(k >> 1u));
-        let weights = abs(1.0 - corner - fraction);
-        let texel = base + corner;
-        let slope = slope_from_pixel(pinhole, texel + 0.5);
-        let towards = normal.x * slope.x + normal.y * slope.y + normal.z;
-
-        // A plane that turns away within a texel has no depth there.
-        let plane = along / towards;
-        let own = select(view.z, plane, !flat && plane > 0.5 * view.z && plane < 2.0 * view.z);
-        let key = light_key(vec2i(clamp(texel, vec2f(-1.0), vec2f(pinhole.size))));
-        if key == EMPTY || key_depth(key) >= own - bias {
-            lit += weights.x * weights.y;
-        }
-    }
-    return lit;
-}
-
-fn spot_radiance(position: vec3f, normal: vec3f, view: vec3f, colour: vec3f, its: vec4f) -> vec3f {
-    let to_light = params.position - position;
-    let distance_squared = dot3(to_light, to_light);
-    if distance_squared <= 0.0 {
-        return vec3f(0.0);
-    }
-    let direction = to_light / sqrt(distance_squared);
-    let cosine = dot3(normal, direction);
-    let angle = acos(clamp(-dot3(direction, params.axis), -1.0, 1.0));
-    let width = max(params.outer_angle - params.inner_angle, 1e-6);
-    let falloff = clamp((params.outer_angle - angle) / width, 0.0, 1.0);
-    if cosine <= 0.0 || falloff <= 0.0 {
-        return vec3f(0.0);
-    }
-    let lit = light_visibility(position, normal, params.bias * its.z);
-    let irradiance = params.intensity * (falloff * cosine / distance_squared * lit);
-    var reflected = colour / PI;
-    if its.x > 0.0 {
-        let mirrored = normal * (2.0 * cosine) - direction;
-        let base = max(dot3(mirrored, view), 0.0);
-        // 0 to the power 0 is 1; the shader language leaves it open.
-        let lobe = select(pow(base, its.y), select(0.0, 1.0, its.y == 0.0), base == 0.0);
-        reflected += its.x * lobe * (its.y + 2.0) / (2.0 * PI);
-    }
-    return reflected * irradiance;
-}
 
 @compute @workgroup_size(PIXEL_GROUP, PIXEL_GROUP)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -126,7 +41,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let position = params.pinhole.eye + direction * plane.w;
     let view = -direction / sqrt(dot3(direction, direction));
     var sum = vec3f(0.0);
-    if params.first_light == 0u {
+    if params.light.first == 0u {
         sum = radiance[here].xyz;
     }
     // A mirror's own part is weighted by what its reflectance leaves.

@@ -7,9 +7,11 @@ use crate::camera::Pinhole;
 use crate::error::Result;
 use crate::gbuffer::{Coverage, GBuffer};
 use crate::gi::SpotLight;
+use crate::grid::Grid;
 use crate::job::Job;
 use crate::measure::BounceReport;
 use crate::plan::{Plan, Stage};
+use crate::reflect::sscr::heat::HeatSums;
 use crate::reflect::{MirrorGBuffer, Reflector};
 use crate::settings::Settings;
 
@@ -38,6 +40,8 @@ pub struct Frame<B: Backend> {
     pub mirror: Option<MirrorGBuffer<B>>,
     /// What the search came to, one for each mirror bounce.
     pub bounces: Vec<BounceReport>,
+    /// Where the searches of the first mirror bounce end, where the plan asks for it and the camera sees a mirror.
+    pub search_heat: Option<Grid<HeatSums>>,
 }
 
 impl View {
@@ -112,6 +116,11 @@ pub fn frame<B: Backend>(
         mirror = Some(seen);
         bounces.push(report);
     }
+    let search_heat = if plan.runs(Stage::SearchHeat, coverage.mirror > 0) {
+        Some(reflector.search_heat(backend, cloud, &gbuffer, settings, job)?)
+    } else {
+        None
+    };
     Ok(Frame {
         gbuffer,
         coverage,
@@ -119,5 +128,6 @@ pub fn frame<B: Backend>(
         radiance,
         mirror,
         bounces,
+        search_heat,
     })
 }

@@ -8,6 +8,7 @@ use crate::gbuffer::average::Pixel;
 use crate::gbuffer::visibility::Sums;
 use crate::output::OutputKind;
 use crate::plan::{Plan, Stage};
+use crate::reflect::sscr::heat::HeatSums;
 use crate::settings::Settings;
 
 /// A value of a grid of vectors.
@@ -67,7 +68,18 @@ impl Rendering<'_> {
         };
         let reflects = self.plan.runs(Stage::Reflect, true);
         let held = if reflects || self.outputs.contains(&OutputKind::MirrorGBuffer) {
-            pixels * MIRROR
+            // A software device holds the mirrors where the products are, too.
+            let copies = if grids == GridsIn::SoftwareDevice {
+                2
+            } else {
+                1
+            };
+            copies * pixels * MIRROR
+        } else {
+            0
+        };
+        let heat = if (self.outputs.iter()).any(|o| matches!(o, OutputKind::SearchHeat(_))) {
+            pixels * size_of::<HeatSums>() as u64
         } else {
             0
         };
@@ -76,7 +88,7 @@ impl Rendering<'_> {
             .map(|output| pixels * output.bytes_per_pixel())
             .max()
             .unwrap_or(0);
-        SPARE + frame + held + reflecting.max(encoding)
+        SPARE + frame + held + heat + reflecting.max(encoding)
     }
 
     /// [`crate::Error::Memory`] where the picture would not fit.

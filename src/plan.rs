@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::error::Result;
+use crate::reflect::sscr::heat::require_search;
 use crate::settings::Settings;
 
 /// The stages of a frame, in the order in which they run.
@@ -22,6 +24,8 @@ pub enum Stage {
     Edl,
     /// What the mirrors show.
     Reflect,
+    /// Where the searches of mirrors end; only where asked for.
+    SearchHeat,
 }
 
 /// Whether a stage runs.
@@ -132,6 +136,25 @@ impl Plan {
                 .map(|(stage, state)| Row { stage, state })
                 .collect(),
         }
+    }
+
+    /// Asks for [`Stage::SearchHeat`].
+    ///
+    /// # Errors
+    /// [`crate::Error::Setting`] where that search does not run.
+    pub fn ask_for_search_heat(&mut self, settings: &Settings) -> Result<()> {
+        require_search(settings)?;
+        let reflects = self.runs(Stage::Reflect, true);
+        let state = if reflects {
+            State::IfMirrorSeen("asked for".into())
+        } else {
+            State::Skip("no point is a mirror".into())
+        };
+        self.rows.push(Row {
+            stage: Stage::SearchHeat,
+            state,
+        });
+        Ok(())
     }
 
     /// Whether `stage` runs; `mirror_seen` says whether the camera sees a mirror.

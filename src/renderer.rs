@@ -18,6 +18,7 @@ use crate::measure::BounceReport;
 use crate::memory::{GridsIn, Rendering};
 use crate::output::OutputKind;
 use crate::plan::Plan;
+use crate::reflect::sscr::heat::HeatSums;
 use crate::reflect::{MirrorGBuffer, Reflector};
 use crate::settings::Settings;
 use crate::timing::PassTime;
@@ -34,6 +35,8 @@ pub struct Products {
     pub mirror: Option<MirrorGBuffer<Cpu>>,
     /// What the search came to, one for each mirror bounce.
     pub bounces: Vec<BounceReport>,
+    /// Where the searches of the first mirror bounce end, where the plan asks for it and the camera sees a mirror.
+    pub search_heat: Option<Grid<HeatSums>>,
     /// Time per pass.
     pub passes: Vec<PassTime>,
     /// Wall time of the frame, milliseconds.
@@ -231,6 +234,7 @@ impl<B: Backend> Session<B> {
             radiance,
             mirror,
             bounces,
+            search_heat,
             ..
         } = frame(
             backend,
@@ -252,6 +256,7 @@ impl<B: Backend> Session<B> {
             radiance: backend.take(radiance)?,
             mirror: mirror.map(|mirror| mirror.take(backend)).transpose()?,
             bounces,
+            search_heat,
             passes: std::mem::take(backend.timings()).passes,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })

@@ -15,9 +15,14 @@ pub(crate) fn tests() -> Vec<Trial> {
         "agree::one_thread_and_two_draw_the_same_bytes",
         one_thread_and_two_draw_the_same_bytes,
     )];
-    for scene in ["sphere", "multi", "plane"] {
-        let name = format!("agree::{scene}_agrees_on_both_backends");
-        let test = move || agrees_on_both_backends(scene);
+    for (scene, search) in [
+        ("sphere", "interleaved"),
+        ("sphere", "guided"),
+        ("multi", "guided"),
+        ("plane", "interleaved"),
+    ] {
+        let name = format!("agree::{scene}_{search}_agrees_on_both_backends");
+        let test = move || agrees_on_both_backends(scene, search);
         trials.push(Trial::test(name, test).with_ignored_flag(gpu_is_missing()));
     }
     trials
@@ -25,12 +30,24 @@ pub(crate) fn tests() -> Vec<Trial> {
 
 /// A delivered scene, thinned for speed.
 fn render(scene: &str, choice: &BackendChoice) -> Result<(Products, Vec<[u8; 4]>), Failed> {
+    render_with(scene, choice, &[])
+}
+
+/// The same with more settings.
+fn render_with(
+    scene: &str,
+    choice: &BackendChoice,
+    settings: &[(&str, &str)],
+) -> Result<(Products, Vec<[u8; 4]>), Failed> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("pointclouds/{scene}.toml"));
     let set = |key: &str, value: &str| Override::new(key, value, "the test");
-    let thinned = [
+    let mut thinned = vec![
         set("cloud.0.points", "300000")?,
         set("camera.size", "400x300")?,
     ];
+    for (key, value) in settings {
+        thinned.push(set(key, value)?);
+    }
     let scene = Scene::open(&file, &thinned)?;
     let job = Job::default();
     let loaded = scene.load(&job)?;
@@ -72,10 +89,27 @@ fn differing(a: &[[u8; 4]], b: &[[u8; 4]], mirror: impl Fn(usize) -> bool) -> us
         .count()
 }
 
-fn agrees_on_both_backends(scene: &str) -> Result<(), Failed> {
+/// How near the reflected albedo is to the traced one where both show something, dB.
+fn psnr(products: &Products, traced: &Products) -> f64 {
+    let (Some(got), Some(expected)) = (&products.mirror, &traced.mirror) else {
+        return f64::NAN;
+    };
+    let (mut sum, mut count) = (0.0, 0.0);
+    for i in 0..got.albedo.values().len() {
+        if let (Some(a), Some(b)) = (got.at(i), expected.at(i)) {
+            let apart = (a.albedo - b.albedo).truncate();
+            sum += f64::from(apart.length_squared());
+            count += 3.0;
+        }
+    }
+    10.0 * (count / sum).log10()
+}
+
+fn agrees_on_both_backends(scene: &str, search: &str) -> Result<(), Failed> {
+    let searched = [("sscr.search", search)];
     let (cpu, gpu) = (
-        render(scene, &BackendChoice::Cpu)?,
-        render(scene, &BackendChoice::Gpu(None))?,
+        render_with(scene, &BackendChoice::Cpu, &searched)?,
+        render_with(scene, &BackendChoice::Gpu(None), &searched)?,
     );
     let mirror = |i: usize| {
         let of = |p: &Products| p.gbuffer.albedo.values().get(i).is_some_and(|a| a.w > 0.0);
@@ -83,20 +117,36 @@ fn agrees_on_both_backends(scene: &str) -> Result<(), Failed> {
     };
     let most = cpu.1.len() / 10_000;
     let off = differing(&cpu.1, &gpu.1, mirror);
-    println!("{scene}: {off} pixels differ by more than 1 of 255");
+    println!("{scene}, {search}: {off} pixels differ by more than 1 of 255");
     assert!(off <= most, "{off} pixels differ, and {most} may");
 
-    // What the mirrors show may differ where a flipped curvature reorders regions, but not by much on the whole.
-    let mean = |p: &Products| {
-        let seen = (0..p.radiance.values().len()).filter(|&i| mirror(i));
-        seen.map(|i| f64::from(p.radiance.values()[i].truncate().element_sum()))
-            .sum::<f64>()
-    };
-    let (a, b) = (mean(&cpu.0), mean(&gpu.0));
+    // The mirrors: nearly every pixel, and the quality beside the traced reference.
+    let seen = (0..cpu.1.len()).filter(|&i| mirror(i)).count();
+    let everywhere = differing(&cpu.1, &gpu.1, |_| false);
+    println!("{scene}, {search}: with mirrors {everywhere}, of {seen} mirror pixels");
     assert!(
-        (a / b - 1.0).abs() < 0.02,
-        "the mirrors' light differs: {a} and {b}"
+        (everywhere - off) * 100 <= seen,
+        "{everywhere} pixels differ"
     );
+    let traced = render_with(
+        scene,
+        &BackendChoice::Cpu,
+        &[("reflect.method", "ray_trace")],
+    )?
+    .0;
+    let quality = |p: &Products| psnr(p, &traced);
+    let (a, b) = (quality(&cpu.0), quality(&gpu.0));
+    println!("{scene}, {search}: reflected albedo {a:.3} dB on the CPU, {b:.3} dB on the GPU");
+    assert!((a - b).abs() <= 0.1, "{a} and {b} dB");
+
+    // The negative control: larger splats or fewer points blur the mirrors by more than that.
+    let fewer = [
+        ("sscr.search", search),
+        ("sscr.max_splat", "5"),
+        ("sscr.points_per_pixel", "2"),
+    ];
+    let blurred = quality(&render_with(scene, &BackendChoice::Gpu(None), &fewer)?.0);
+    assert!((a - blurred).abs() > 0.1, "{a} and, blurred, {blurred} dB");
 
     // The negative control: a picture two levels brighter in one row is noticed.
     let mut brighter = gpu.1.clone();

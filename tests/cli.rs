@@ -73,6 +73,7 @@ fn help_tells_what_there_is() {
         "Examples",
         "#rrggbb",
         "--camera-json",
+        "--search-heat",
     ] {
         assert!(help.contains(word), "render --help lacks {word:?}");
     }

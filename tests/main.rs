@@ -13,6 +13,7 @@
 mod agree;
 mod analytic;
 mod cameras;
+mod charted;
 mod cli;
 mod clouds;
 mod evenness;

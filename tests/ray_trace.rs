@@ -5,7 +5,7 @@ use catoptric::backend::cpu::Cpu;
 use catoptric::cloud::generate::SceneName;
 use catoptric::gbuffer::SplatSettings;
 use catoptric::reflect::MirrorGBuffer;
-use catoptric::reflect::ray_trace::{RayTraceSettings, RayTracer};
+use catoptric::reflect::ray_trace::{Pixels, RayTraceSettings, RayTracer};
 use catoptric::timing::Timings;
 use glam::DVec3;
 use libtest_mimic::Trial;
@@ -107,7 +107,13 @@ fn shows_what_the_mirror_shows(scene: SceneName) {
         let surface = surface(&view, &hits, tilt);
         let mut mirror = MirrorGBuffer::of(&surface);
         tracer
-            .trace(&surface, &mut mirror, &mut timings, &Job::default())
+            .trace(
+                &surface,
+                &mut mirror,
+                Pixels::All,
+                &mut timings,
+                &Job::default(),
+            )
             .expect("no cancellation");
         differences(&oracle, &view, &hits, &mirror)
     };

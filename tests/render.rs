@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use catoptric::output::ExrImage;
 use libtest_mimic::Trial;
 use serde_json::Value;
 
-use crate::program::{ROOM, done, json, names, room, run, stderr};
+use crate::program::{ROOM, done, json, names, refused, room, run, stderr};
 use crate::support::claim;
 
 pub(crate) fn tests() -> Vec<Trial> {
@@ -24,6 +25,10 @@ pub(crate) fn tests() -> Vec<Trial> {
             "render::flags_beat_set_which_beats_the_file",
             flags_beat_set,
         ),
+        claim(
+            "render::the_heat_of_the_search_is_layers_or_a_picture_and_changes_nothing",
+            the_heat_of_the_search,
+        ),
         claim("render::a_picture_can_go_to_stdout", a_picture_to_stdout),
         claim(
             "render::a_picture_without_a_name_is_called_after_its_scene",
@@ -40,6 +45,76 @@ pub(crate) fn tests() -> Vec<Trial> {
         })
         .with_ignored_flag(no_scans),
     ]
+}
+
+fn the_heat_of_the_search() {
+    let folder = room();
+    let at = |name: &str| folder.path().join(name);
+    let render = "render room.toml --backend cpu --set sscr.search=interleaved";
+    done(folder.path(), &format!("{render} -o plain.png"));
+    done(
+        folder.path(),
+        &format!("{render} -o a.png --search-heat h.exr --report r.json"),
+    );
+    done(folder.path(), &format!("{render} --search-heat h.png"));
+    assert_eq!(
+        names(folder.path()),
+        [
+            "a.png",
+            "h.exr",
+            "h.png",
+            "plain.png",
+            "r.json",
+            "room.toml"
+        ],
+        "and nothing else"
+    );
+    let bytes = |name: &str| std::fs::read(at(name)).expect("a picture");
+    assert_eq!(
+        bytes("a.png"),
+        bytes("plain.png"),
+        "the picture is the same"
+    );
+
+    let heat = ExrImage::decode(&bytes("h.exr")).expect("layers");
+    let of = |name: &str| &heat.channels[name];
+    assert_eq!(heat.channels.len(), 4, "{:?}", heat.channels.keys());
+    let sum = |name: &str| of(name).iter().map(|&v| f64::from(v)).sum::<f64>();
+    let report = json(&at("r.json"));
+    let hit = report["sscr"][0]["points_hit"].as_f64();
+    assert_eq!(Some(sum("count.V")), hit, "every point found: {report}");
+    assert!(sum("misses.V") > 100.0, "{} misses", sum("misses.V"));
+    for (i, &found) in of("count.V").iter().enumerate() {
+        let (steps, residual) = (of("steps.V")[i], of("residual.V")[i]);
+        assert!((0.0..=24.0).contains(&steps), "{steps} steps");
+        assert!(residual >= 0.0 && (found > 0.0 || residual + steps == 0.0));
+    }
+    let picture = image::open(at("h.png")).expect("a picture").to_rgb8();
+    assert_eq!(picture.dimensions(), (192, 48), "three side by side");
+    for panel in 0..3 {
+        let part = |x: u32| x / 64 == panel;
+        let lit = picture
+            .enumerate_pixels()
+            .filter(|p| part(p.0) && p.2.0 != [0; 3]);
+        assert!(lit.count() > 100, "panel {panel} shows the ball");
+    }
+    for (arguments, status, says) in [
+        (
+            "--set reflect.method=ray_trace --search-heat h.exr",
+            2,
+            "sscr",
+        ),
+        (
+            "--set sscr.search=guided --search-heat h.exr",
+            2,
+            "interleaved",
+        ),
+        ("--search-heat h.jpg", 2, ".png or .exr"),
+        ("-o h.exr --search-heat h.exr", 2, "both write"),
+    ] {
+        let said = refused(folder.path(), &format!("{render} {arguments}"), status);
+        assert!(said.contains(says), "{arguments}: {said}");
+    }
 }
 
 fn a_scene_becomes_files() {

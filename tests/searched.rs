@@ -94,7 +94,7 @@ impl Mirrors {
                     of_hits += root.steps;
                     steps += root.steps;
                 }
-                Outcome::Lost(taken) => steps += taken,
+                Outcome::Lost(end) => steps += end.steps,
             }
         }
         let points = outcomes.len() as f64;
@@ -140,6 +140,13 @@ impl Known {
             places: places.to_vec(),
             roots: places.par_iter().map(of).collect(),
         }
+    }
+
+    /// How well they are found by a search that tells all places where it finds a point.
+    pub(crate) fn quality_by(&self, find: impl Fn(Vec3) -> Vec<DVec2> + Sync) -> Quality {
+        let hits: Vec<Vec<DVec2>> = self.places.par_iter().map(|p| find(p.position)).collect();
+        let found: Vec<_> = self.roots.iter().cloned().zip(hits).collect();
+        quality(&found)
     }
 
     /// How well they are found.

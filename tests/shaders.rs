@@ -90,16 +90,19 @@ fn every_file_has_an_owner() {
     }
 }
 
-/// Structs that a shader is given in uniforms: name, fields with offsets, size.
-fn uniform_structs(module: &Module) -> Vec<(String, Vec<(String, usize)>, usize)> {
+/// Structs that a shader is given in uniforms and buffers: name, fields with offsets, size.
+fn given_structs(module: &Module) -> Vec<(String, Vec<(String, usize)>, usize)> {
     let mut found = Vec::new();
-    let uniforms = module
-        .global_variables
-        .iter()
-        .filter(|(_, v)| v.space == AddressSpace::Uniform);
-    let mut open: Vec<_> = uniforms.map(|(_, v)| v.ty).collect();
+    let given = module.global_variables.iter().filter(|(_, v)| {
+        let storage = matches!(v.space, AddressSpace::Storage { .. });
+        storage || v.space == AddressSpace::Uniform
+    });
+    let mut open: Vec<_> = given.map(|(_, v)| v.ty).collect();
     while let Some(handle) = open.pop() {
         let kind = &module.types[handle];
+        if let TypeInner::Array { base, .. } = kind.inner {
+            open.push(base);
+        }
         if let TypeInner::Struct { members, span } = &kind.inner {
             open.extend(members.iter().map(|m| m.ty));
             let fields = members
@@ -119,7 +122,7 @@ fn uniform_structs(module: &Module) -> Vec<(String, Vec<(String, usize)>, usize)
 /// What differs between a shader's structs and those of `layouts`.
 fn differences(shader: &Shader, layouts: &[Layout]) -> Vec<String> {
     let mut different = Vec::new();
-    for (name, fields, span) in uniform_structs(&module(shader)) {
+    for (name, fields, span) in given_structs(&module(shader)) {
         let Some(layout) = layouts.iter().find(|l| l.name == name) else {
             different.push(format!("{}: nothing in Rust is called {name}", shader.name));
             continue;
@@ -142,7 +145,7 @@ fn differences(shader: &Shader, layouts: &[Layout]) -> Vec<String> {
 fn layouts_agree_with_rust() {
     let mut compared = 0;
     for shader in SHADERS {
-        compared += uniform_structs(&module(shader)).len();
+        compared += given_structs(&module(shader)).len();
         let different = differences(shader, LAYOUTS);
         assert!(different.is_empty(), "{}", different.join("\n"));
     }

@@ -58,6 +58,7 @@ pub(crate) fn empty_products(size: UVec2) -> Products {
         radiance: Grid::new(size, Vec4::ZERO),
         mirror: None,
         bounces: Vec::new(),
+        search_heat: None,
         passes: Vec::new(),
         wall_ms: 0.0,
     }

@@ -4,7 +4,11 @@
 
 mod cancel;
 mod kernels;
+mod mirror_splats;
+mod mirrors;
 mod pictures;
+mod reflections;
+mod search;
 mod support;
 
 use libtest_mimic::Trial;
@@ -61,6 +65,65 @@ pub(crate) fn tests() -> Vec<Trial> {
         test(
             "one_flipped_value_of_a_picture_is_noticed",
             kernels::one_flipped_value_of_a_picture_is_noticed,
+        ),
+        test("mirrors_surfaces_agree", mirrors::surfaces_agree),
+        test(
+            "reflected_rays_agree_from_one_eye_and_from_many",
+            mirrors::reflected_rays_agree_from_one_eye_and_from_many,
+        ),
+        test(
+            "curvatures_are_equal_to_the_last_byte",
+            mirrors::curvatures_are_equal_to_the_last_byte,
+        ),
+        test(
+            "searches_agree_on_hit_miss_and_place",
+            search::searches_agree_on_hit_miss_and_place,
+        ),
+        test(
+            "a_mirror_turned_by_a_tenth_of_a_degree_is_noticed",
+            search::a_mirror_turned_by_a_tenth_of_a_degree_is_noticed,
+        ),
+        test(
+            "searches_agree_in_every_distribution_and_from_many_eyes",
+            search::searches_agree_in_every_distribution_and_from_many_eyes,
+        ),
+        test(
+            "heats_are_equal_and_add_up_to_the_search",
+            search::heats_are_equal_and_add_up_to_the_search,
+        ),
+        test(
+            "one_changed_pixel_of_a_mirror_is_noticed",
+            mirrors::one_changed_pixel_of_a_mirror_is_noticed,
+        ),
+        test("splatted_hits_agree", mirror_splats::splatted_hits_agree),
+        test("splatted_discs_agree", mirror_splats::splatted_discs_agree),
+        test(
+            "a_hit_that_is_missing_is_noticed",
+            mirror_splats::a_hit_that_is_missing_is_noticed,
+        ),
+        test(
+            "bands_of_hits_do_not_show",
+            mirror_splats::bands_of_hits_do_not_show,
+        ),
+        test(
+            "bands_of_a_reflection_do_not_show",
+            reflections::bands_of_a_reflection_do_not_show,
+        ),
+        test(
+            "closing_agrees_at_every_level",
+            mirror_splats::closing_agrees_at_every_level,
+        ),
+        test(
+            "mirrors_that_cannot_be_searched_are_a_sentence",
+            search::mirrors_that_cannot_be_searched_are_a_sentence,
+        ),
+        test(
+            "shading_of_mirrors_agrees",
+            kernels::shading_of_mirrors_agrees,
+        ),
+        test(
+            "blending_agrees_with_light_and_without",
+            mirrors::blending_agrees_with_light_and_without,
         ),
         test("whole_pictures_agree", pictures::whole_pictures_agree),
         test("bands_do_not_show", pictures::bands_do_not_show),

@@ -1,6 +1,7 @@
 // A surfel as the oriented disc that a pinhole sees, and its fragments. Twin: src/gbuffer/disc.rs.
 #import splat
 #import surfel
+#import weight
 
 override EDGE_ON_COSINE_SQUARED: f32;
 override MAX_TOLERANCE_SLOPE: f32;
@@ -100,12 +101,4 @@ fn fragment(d: Disc, x: u32, y: u32, pinhole: Pinhole) -> Fragment {
     f.distance_squared = dot3(from_centre, from_centre);
     f.covered = f.distance_squared <= d.half_squared && depth >= pinhole.near && depth <= pinhole.far;
     return f;
-}
-
-// Weight of a fragment at `t` = squared distance over squared half width.
-fn weight(t: f32) -> f32 {
-    let u = 1.0 - 0.25 * t;
-    let u2 = u * u;
-    let u4 = u2 * u2;
-    return u4 * u4;
 }

@@ -35,3 +35,26 @@ fn finish_specular(finish: vec4u) -> f32 {
 fn finish_shininess_log(finish: vec4u) -> f32 {
     return unorm16(finish.w >> 16u);
 }
+
+// What a viewer sees of a surfel. Twin: `attributes` in src/gbuffer/visibility.rs.
+struct Attributes {
+    normal: vec3f,
+    albedo: vec4f,      // and mirror reflectance
+    gloss: vec2f,       // specular reflectance and shininess (logarithmic)
+}
+
+// Seen from behind, a diffuse surfel turns its normal, and a mirror is opaque and black.
+fn attributes(finish: vec4u, behind: bool) -> Attributes {
+    var its: Attributes;
+    its.normal = finish_normal(finish);
+    its.albedo = vec4f(finish_albedo(finish), finish_mirror(finish));
+    its.gloss = vec2f(finish_specular(finish), finish_shininess_log(finish));
+    if behind {
+        its.normal = -its.normal;
+        if its.albedo.w > 0.0 {
+            its.albedo = vec4f(0.0);
+            its.gloss = vec2f(0.0);
+        }
+    }
+    return its;
+}

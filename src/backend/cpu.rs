@@ -23,6 +23,7 @@ use crate::reflect::sscr::chart_class::chart_class;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings, curvature};
 use crate::reflect::sscr::field::MirrorField;
 use crate::reflect::sscr::guided::Guide;
+use crate::reflect::sscr::heat::{HeatSums, search_heat};
 use crate::reflect::sscr::prefix::{Budget, Prefix};
 use crate::reflect::sscr::root_find::{SearchCounts, root_find};
 use crate::reflect::sscr::{Splatting, SscrSettings};
@@ -176,6 +177,18 @@ impl Backend for Cpu {
         })
     }
 
+    fn search_heat(
+        &mut self,
+        points: &Arc<Surfels>,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>> {
+        self.timings.time("search_heat", || {
+            search_heat(points, mirrors, settings, job)
+        })
+    }
+
     fn mirror_field(
         &mut self,
         surface: &Surface<Self>,
@@ -200,15 +213,14 @@ impl Backend for Cpu {
         budget: Budget,
         job: &Job,
     ) -> Result<(Vec<Hit>, SearchCounts, usize)> {
-        self.timings.time("guided", || {
-            let mut hits = Vec::new();
-            let (counts, searched) = prefix.grow(&points.places, budget, |order| {
-                let (found, counts) = guide.search(points, order, job)?;
-                hits.extend(found);
-                Ok(counts)
-            })?;
-            Ok((hits, counts, searched))
-        })
+        let mut hits = Vec::new();
+        let search = |order: &[u32], timings: &mut Timings| {
+            let (found, counts) = timings.time("guided", || guide.search(points, order, job))?;
+            hits.extend(found);
+            Ok(counts)
+        };
+        let (counts, searched) = prefix.grow(&points.places, budget, &mut self.timings, search)?;
+        Ok((hits, counts, searched))
     }
 
     fn accumulate(

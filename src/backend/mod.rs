@@ -17,6 +17,7 @@ use crate::job::Job;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings};
 use crate::reflect::sscr::field::MirrorField;
 use crate::reflect::sscr::guided::Guide;
+use crate::reflect::sscr::heat::HeatSums;
 use crate::reflect::sscr::prefix::{Budget, Prefix};
 use crate::reflect::sscr::root_find::SearchCounts;
 use crate::reflect::sscr::{Splatting, SscrSettings};
@@ -140,6 +141,14 @@ pub trait Backend: Sized {
         diagonal: f32,
         job: &Job,
     ) -> Result<(Self::Hits, SearchCounts)>;
+    /// Pass `search_heat`: where those searches end, in main memory. Runs them once more; only where asked for.
+    fn search_heat(
+        &mut self,
+        points: &Self::Points,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>>;
     /// The mirrors as a smooth field and the class of their curvature, in main memory; `curvature` is that of the pass.
     fn mirror_field(
         &mut self,

@@ -51,6 +51,11 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) mirror_gbuffer: Option<PathBuf>,
 
+    /// Where the searches of mirrors end: steps, misses and residual, as .exr (layers) or .png (three pictures side by
+    /// side, dark to bright); empty where no mirror is seen. Runs the search once more.
+    #[arg(long, value_name = "FILE")]
+    pub(super) search_heat: Option<PathBuf>,
+
     /// The camera beside the G-buffer, as JSON: what other programs need to project with it.
     #[arg(long, value_name = "FILE.json")]
     pub(super) camera_json: Option<PathBuf>,

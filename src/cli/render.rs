@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use catoptric::Job;
+use catoptric::grid::Grid;
 use catoptric::measure::{GBufferReport, Report, peak_memory_bytes};
 use catoptric::output::{
     CameraDescription, OutputKind, Outputs, PictureFormat, camera_gbuffer, mirror_gbuffer,
 };
 use catoptric::plan::Plan;
 use catoptric::reflect::MirrorGBuffer;
+use catoptric::reflect::sscr::heat::{HeatSums, require_search};
 use catoptric::renderer::{BackendChoice, Machine, Products, Renderer};
 use catoptric::scene::{LoadedScene, Scene};
 use glam::UVec2;
@@ -43,6 +45,11 @@ pub(super) fn render(args: &RenderArgs) -> anyhow::Result<()> {
             Content::GBuffer,
             args.mirror_gbuffer.as_deref(),
         ),
+        (
+            "--search-heat",
+            Content::Picture,
+            args.search_heat.as_deref(),
+        ),
         ("--camera-json", Content::Json, args.camera_json.as_deref()),
         ("--report", Content::Json, args.report.as_deref()),
     ];
@@ -58,6 +65,9 @@ pub(super) fn render(args: &RenderArgs) -> anyhow::Result<()> {
         .collect();
     check(&outputs, &scene.inputs())?;
 
+    if args.search_heat.is_some() {
+        require_search(&scene.settings).map_err(|e| Usage(e.to_string()))?;
+    }
     let (job, progress) = terminal::job()?;
     let rendered = frame(scene, &choice, &kinds(args, picture)?, &job)?;
     drop(progress);
@@ -94,6 +104,7 @@ fn unnamed_picture(args: &RenderArgs) -> Option<PathBuf> {
         &args.output,
         &args.gbuffer,
         &args.mirror_gbuffer,
+        &args.search_heat,
         &args.camera_json,
         &args.report,
     ];
@@ -106,10 +117,12 @@ fn unnamed_picture(args: &RenderArgs) -> Option<PathBuf> {
 /// The outputs that take memory to encode.
 fn kinds(args: &RenderArgs, picture: Option<&Path>) -> catoptric::Result<Vec<OutputKind>> {
     let picture = picture.map(PictureFormat::of).transpose()?;
+    let heat = args.search_heat.as_deref().map(PictureFormat::of);
     let kinds = [
         picture.map(OutputKind::Picture),
         args.gbuffer.as_ref().map(|_| OutputKind::CameraGBuffer),
         (args.mirror_gbuffer.as_ref()).map(|_| OutputKind::MirrorGBuffer),
+        heat.transpose()?.map(OutputKind::SearchHeat),
     ];
     Ok(kinds.into_iter().flatten().collect())
 }
@@ -124,7 +137,13 @@ fn frame(
     let machine = Machine::open(choice)?;
     let start = Instant::now();
     let loaded = scene.load(job)?;
-    let plan = loaded.plan(&scene.settings);
+    let mut plan = loaded.plan(&scene.settings);
+    if outputs
+        .iter()
+        .any(|output| matches!(output, OutputKind::SearchHeat(_)))
+    {
+        plan.ask_for_search_heat(&scene.settings)?;
+    }
     let mut renderer = machine.upload(&loaded.surfels)?;
     let view = loaded.view()?;
     renderer.require_memory(&view, &plan, &scene.settings, outputs)?;
@@ -166,6 +185,11 @@ fn write(
         let nothing = MirrorGBuffer::empty(loaded.camera.size);
         let mirror = products.mirror.as_ref().unwrap_or(&nothing);
         outputs.stage_exr(path, mirror_gbuffer(mirror, origin), job)?;
+    }
+    if let Some(path) = &args.search_heat {
+        let nothing = Grid::new(loaded.camera.size, HeatSums::default());
+        let heat = products.search_heat.as_ref().unwrap_or(&nothing);
+        outputs.stage_search_heat(path, heat, job)?;
     }
     if let Some(path) = &args.camera_json {
         outputs.stage_json(path, &CameraDescription::new(&loaded.camera, origin)?)?;

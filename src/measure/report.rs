@@ -70,6 +70,10 @@ impl From<Coverage> for GBufferReport {
 pub struct BounceReport {
     /// Counted from 1.
     pub bounce: u32,
+    /// How it was found what the mirrors show: "guided", "interleaved" or "ray_trace".
+    pub method: &'static str,
+    /// Why so.
+    pub reason: String,
     /// Mirror regions of one curvature.
     pub regions: u64,
     /// Pairs of point and region that were searched.
@@ -101,6 +105,8 @@ impl BounceReport {
     ) -> Self {
         Self {
             bounce,
+            method: "",
+            reason: String::new(),
             regions,
             points_offered: counts.offered,
             points_hit: counts.hit,

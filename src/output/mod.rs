@@ -6,8 +6,9 @@ use glam::Vec4;
 
 use crate::error::{Error, Result};
 use crate::grid::Grid;
-use crate::image::{ImageSettings, picture};
+use crate::image::{Background, ImageSettings, picture};
 use crate::job::Job;
+use crate::reflect::sscr::heat::HeatSums;
 
 mod atomic;
 mod camera_json;
@@ -15,6 +16,7 @@ mod exr;
 mod gbuffer;
 mod mirror_gbuffer;
 mod png;
+mod search_heat;
 
 pub use atomic::{Outputs, check_writable, write_atomically};
 pub use camera_json::CameraDescription;
@@ -22,6 +24,7 @@ pub use exr::ExrImage;
 pub use gbuffer::camera_gbuffer;
 pub use mirror_gbuffer::mirror_gbuffer;
 pub use png::encode_png;
+pub use search_heat::{search_heat, search_heat_picture};
 
 /// The kinds of file that a picture is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,6 +63,8 @@ pub enum OutputKind {
     CameraGBuffer,
     /// [`mirror_gbuffer`].
     MirrorGBuffer,
+    /// [`search_heat`].
+    SearchHeat(PictureFormat),
 }
 
 impl OutputKind {
@@ -72,6 +77,9 @@ impl OutputKind {
             Self::Picture(PictureFormat::Exr) => exr(4),
             Self::CameraGBuffer => exr(14),
             Self::MirrorGBuffer => exr(17),
+            // Its values are sorted, panel by panel, while the panels are held.
+            Self::SearchHeat(PictureFormat::Png) => 3 * 2 * size_of::<[u8; 4]>() as u64 + 4,
+            Self::SearchHeat(PictureFormat::Exr) => exr(4),
         }
     }
 }
@@ -101,6 +109,27 @@ impl Outputs {
             PictureFormat::Exr => {
                 self.stage_exr(path, ExrImage::picture(radiance, settings.background), job)
             }
+        }
+    }
+
+    /// Encodes where searches end: as layers, or as three pictures side by side, as the name of `path` asks for.
+    ///
+    /// # Errors
+    /// As [`Outputs::stage_picture`].
+    pub fn stage_search_heat(
+        &mut self,
+        path: &Path,
+        heat: &Grid<HeatSums>,
+        job: &Job,
+    ) -> Result<()> {
+        job.check()?;
+        match PictureFormat::of(path)? {
+            PictureFormat::Png => {
+                let shown = search_heat_picture(heat);
+                let opaque = Background::Colour([0; 3]);
+                self.stage(path, |file| encode_png(file, &shown, opaque, job))
+            }
+            PictureFormat::Exr => self.stage_exr(path, search_heat(heat), job),
         }
     }
 

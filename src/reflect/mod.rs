@@ -9,6 +9,8 @@ use crate::{setting_choice, settings_group};
 use sscr::{LhcMap, Region};
 
 mod blend;
+pub mod cost;
+mod doubt;
 mod mirror_gbuffer;
 pub mod ray_trace;
 mod reflector;
@@ -26,6 +28,8 @@ setting_choice! {
         Sscr = "sscr",
         /// The reference: for every mirror pixel the reflected ray is traced through all points.
         RayTrace = "ray_trace",
+        /// The guided search or traced rays, whichever a model of their cost says is cheaper for the mirrors in the picture.
+        Auto = "auto",
     }
 }
 
@@ -86,14 +90,14 @@ impl<'a> LabelledMirrors<'a, Cpu> {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Hit {
-    /// Index of the surfel.
-    pub point: u32,
     /// Where it is seen, pixels (centres at + 0.5).
     pub pixel: Vec2,
-    /// Distance from the mirror point, in the cloud's unit.
-    pub distance: f32,
     /// Half the sides of its splat, along x and y, pixels.
     pub reach: Vec2,
+    /// Index of the surfel.
+    pub point: u32,
+    /// Distance from the mirror point, in the cloud's unit.
+    pub distance: f32,
 }
 
 /// How many pixels of the mirrors show something.

@@ -2,20 +2,27 @@
 
 use std::sync::Arc;
 
-use super::ray_trace::{RayTraceSettings, RayTracer};
-use super::sscr::Search;
+use glam::Vec3;
+
+use super::cost::{Choice, Chosen, Work};
+use super::doubt::empty_doubtful;
+use super::ray_trace::{Pixels, RayTraceSettings, RayTracer};
 use super::sscr::chart_class::CHART_CLASS;
-use super::sscr::charts::{LEAST_PIXELS, charts};
+use super::sscr::charts::{Chart, LEAST_PIXELS, charts};
 use super::sscr::curvature::Axes;
+use super::sscr::field::MirrorField;
 use super::sscr::guided::{Guide, TRIED, shorten};
+use super::sscr::heat::HeatSums;
 use super::sscr::lhc::Labeller;
-use super::sscr::prefix::Prefix;
+use super::sscr::prefix::{Budget, Prefix};
 use super::sscr::root_find::SearchCounts;
+use super::sscr::{Closing, Search};
 use super::{LabelledMirrors, Method, MirrorGBuffer, Surface};
 use crate::backend::{Backend, Cloud};
 use crate::cloud::Surfels;
 use crate::error::Result;
 use crate::gbuffer::{GBuffer, SplatSettings};
+use crate::grid::Grid;
 use crate::job::Job;
 use crate::measure::BounceReport;
 use crate::settings::Settings;
@@ -37,6 +44,30 @@ struct Tracer {
     tracer: RayTracer,
 }
 
+/// The mirrors of a picture, ready for any method.
+struct Mirrors<B: Backend> {
+    surface: Surface<B>,
+    /// The picture's x axis in the scene, unit length.
+    right: Vec3,
+    /// For the guided search.
+    field: Option<MirrorField>,
+}
+
+/// A search's hits, and what they are worth.
+struct Found<B: Backend> {
+    hits: B::Hits,
+    counts: SearchCounts,
+    /// Points searched.
+    searched: usize,
+}
+
+/// The guided search of a picture, fitted to its cloud.
+struct Guided {
+    charts: Vec<Chart>,
+    /// What the search of a few points came to.
+    sample: SearchCounts,
+}
+
 impl Reflector {
     /// What the mirrors in a G-buffer show, after closing. `diagonal` is that of the scene's box.
     ///
@@ -52,80 +83,227 @@ impl Reflector {
         job: &Job,
     ) -> Result<(MirrorGBuffer<B>, BounceReport)> {
         job.progress("reflecting", 0, 0)?;
+        let (mirrors, mut mirror) = self.label(backend, gbuffer, settings, job)?;
+        let guided = match (&mirrors.field, settings.reflect.method) {
+            (Some(field), Method::Sscr | Method::Auto) => {
+                Some(self.chart(backend, cloud, field, settings, job)?)
+            }
+            (None, _) | (_, Method::RayTrace) => None,
+        };
+        let choice = self.choose(cloud, guided.as_ref(), settings);
+
+        let found = match (choice.method, &guided) {
+            (Chosen::RayTrace, _) => None,
+            (Chosen::Guided, Some(guided)) => {
+                Some(self.search_guided(backend, cloud, &mirrors, guided, settings, job)?)
+            }
+            (Chosen::Guided | Chosen::Interleaved, _) => {
+                let labelled = LabelledMirrors {
+                    surface: &mirrors.surface,
+                    labels: &mirror.region,
+                    regions: &self.labeller.map().regions,
+                    right: mirrors.right,
+                };
+                let (sscr, points) = (&settings.sscr, &cloud.points);
+                let (hits, counts) = backend.root_find(points, &labelled, sscr, diagonal, job)?;
+                Some(Found {
+                    hits,
+                    counts,
+                    searched: cloud.surfels.len(),
+                })
+            }
+        };
+        let (mut counts, mut coverage) = (SearchCounts::default(), None);
+        match found {
+            None => {
+                let all = Pixels::All;
+                mirror = self.trace(backend, mirrors.surface, mirror, all, cloud, settings, job)?;
+            }
+            Some(found) => {
+                counts = found.counts;
+                let sscr = &settings.sscr;
+                let splatting = sscr.splatting(
+                    choice.method == Chosen::Guided,
+                    &settings.splat,
+                    found.searched,
+                    cloud.surfels.len(),
+                );
+                backend.accumulate(&found.hits, &cloud.points, &mut mirror, &splatting, job)?;
+                coverage = Some(backend.mirror_coverage(&mirror, job)?);
+                match sscr.closing {
+                    Closing::None => {}
+                    Closing::PullPush => backend.pull_push(&mut mirror, sscr.pull_levels, job)?,
+                    Closing::Rays => {
+                        let (surface, empty) = (mirrors.surface, Pixels::Empty);
+                        mirror =
+                            self.trace(backend, surface, mirror, empty, cloud, settings, job)?;
+                    }
+                }
+            }
+        }
+        let closed = backend.mirror_coverage(&mirror, job)?;
+        let report = BounceReport {
+            method: choice.method.name(),
+            reason: choice.reason,
+            ..BounceReport::new(
+                1,
+                self.labeller.map().regions.len() as u64,
+                counts,
+                coverage.unwrap_or(closed),
+                closed,
+            )
+        };
+        Ok((mirror, report))
+    }
+
+    /// The mirrors that a G-buffer shows, their rays, and their regions, which every method notes.
+    fn label<B: Backend>(
+        &mut self,
+        backend: &mut B,
+        gbuffer: &GBuffer<B>,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<(Mirrors<B>, MirrorGBuffer<B>)> {
         let surface = backend.surface(gbuffer, job)?;
         let mut mirror = backend.reflected_rays(&surface, job)?;
-
-        // Regions: every method notes them.
         let axes = Axes::from(&gbuffer.pinhole);
         let cells = backend.curvature(&surface, axes, &settings.lhc, job)?;
         let cells = backend.take(cells)?;
         let labeller = &mut self.labeller;
+        let guided =
+            settings.sscr.search == Search::Guided || settings.reflect.method == Method::Auto;
         let mut field = None;
-        let lhc = match settings.sscr.search {
-            Search::Interleaved => backend.timings().time("lhc", || labeller.lhc(&cells)),
-            Search::Guided => {
-                let (smooth, classes) = backend.mirror_field(&surface, &cells, job)?;
-                field = Some(smooth);
-                let class = |cell| cell & CHART_CLASS;
-                (backend.timings()).time("lhc", || {
-                    labeller.label_merged(&classes, class, LEAST_PIXELS)
-                })
-            }
+        let lhc = if guided {
+            let (smooth, classes) = backend.mirror_field(&surface, &cells, job)?;
+            field = Some(smooth);
+            let class = |cell| cell & CHART_CLASS;
+            (backend.timings()).time("lhc", || {
+                labeller.label_merged(&classes, class, LEAST_PIXELS)
+            })
+        } else {
+            backend.timings().time("lhc", || labeller.lhc(&cells))
         };
-        let regions = lhc.regions.len() as u64;
         mirror.region = backend.write(lhc.labels.size(), lhc.labels.values())?;
         job.check()?;
+        let mirrors = Mirrors {
+            surface,
+            right: gbuffer.pinhole.right,
+            field,
+        };
+        Ok((mirrors, mirror))
+    }
 
-        let (mut counts, mut searched) = (SearchCounts::default(), None);
-        match settings.reflect.method {
-            Method::RayTrace => {
-                mirror = self.trace(backend, surface, mirror, cloud, settings, job)?;
-            }
-            Method::Sscr => {
+    /// The charts of the mirrors, and how a few points fare on them.
+    fn chart<B: Backend>(
+        &mut self,
+        backend: &mut B,
+        cloud: &Cloud<B>,
+        field: &MirrorField,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<Guided> {
+        let surfels = &cloud.surfels;
+        let sample = Self::prefix(&mut self.prefix, surfels).sample(TRIED, &surfels.places);
+        let lhc = self.labeller.map();
+        backend.timings().time("charts", || {
+            let mut charts = charts(field, lhc, job)?;
+            shorten(&mut charts, field, &surfels.places, &sample);
+            let guide = guide(field, &charts, settings);
+            let (_, sample) = guide.search(surfels, &sample, job)?;
+            Ok(Guided { charts, sample })
+        })
+    }
+
+    /// The method to take, and why.
+    fn choose<B: Backend>(
+        &self,
+        cloud: &Cloud<B>,
+        guided: Option<&Guided>,
+        settings: &Settings,
+    ) -> Choice {
+        let asked = |method| Choice {
+            method,
+            reason: "asked for".into(),
+        };
+        match (settings.reflect.method, guided) {
+            (Method::RayTrace, _) => asked(Chosen::RayTrace),
+            (Method::Sscr | Method::Auto, None) => asked(Chosen::Interleaved),
+            (Method::Sscr, Some(_)) => asked(Chosen::Guided),
+            (Method::Auto, Some(guided)) => {
                 let points = cloud.surfels.len();
-                let (hits, counted, of_points) = match &field {
-                    None => {
-                        let mirrors = LabelledMirrors {
-                            surface: &surface,
-                            labels: &mirror.region,
-                            regions: &lhc.regions,
-                            right: gbuffer.pinhole.right,
-                        };
-                        let sscr = &settings.sscr;
-                        let (hits, counted) =
-                            backend.root_find(&cloud.points, &mirrors, sscr, diagonal, job)?;
-                        (hits, counted, points)
-                    }
-                    Some(field) => {
-                        let prefix = Self::prefix(&mut self.prefix, &cloud.surfels);
-                        let places = &cloud.surfels.places;
-                        let timings = backend.timings();
-                        let mut charts = timings.time("charts", || charts(field, lhc, job))?;
-                        timings.time("charts", || {
-                            shorten(&mut charts, field, places, &prefix.sample(TRIED, places));
-                        });
-                        let guide = Guide {
-                            field,
-                            charts: &charts,
-                            self_hit: settings.sscr.self_hit,
-                            splat_size: settings.splat.size,
-                        };
-                        let mirror_pixels = lhc.regions.iter().map(|r| u64::from(r.pixels)).sum();
-                        let budget = settings.sscr.budget(mirror_pixels);
-                        backend.guided(&cloud.points, &guide, prefix, budget, job)?
-                    }
+                let mirror_pixels = self.mirror_pixels();
+                let work = Work {
+                    points,
+                    limit: match settings.sscr.budget(mirror_pixels) {
+                        Budget::Points(limit) => limit.min(points),
+                        Budget::Enough { .. } => points,
+                    },
+                    mirror_pixels,
+                    charts: guided.charts.len(),
+                    sample: guided.sample,
+                    needs_tree: settings.sscr.closing == Closing::Rays,
                 };
-                counts = counted;
-                let splatting = settings.sscr.splatting(&settings.splat, of_points, points);
-                backend.accumulate(&hits, &cloud.points, &mut mirror, &splatting, job)?;
-                let coverage = backend.mirror_coverage(&mirror, job)?;
-                backend.pull_push(&mut mirror, settings.sscr.pull_levels, job)?;
-                searched = Some(coverage);
+                work.choose()
             }
         }
-        let closed = backend.mirror_coverage(&mirror, job)?;
-        let report = BounceReport::new(1, regions, counts, searched.unwrap_or(closed), closed);
-        Ok((mirror, report))
+    }
+
+    /// Pixels of all regions.
+    fn mirror_pixels(&self) -> u64 {
+        let regions = &self.labeller.map().regions;
+        regions.iter().map(|r| u64::from(r.pixels)).sum()
+    }
+
+    /// The guided search of as many points as the mirrors need.
+    fn search_guided<B: Backend>(
+        &mut self,
+        backend: &mut B,
+        cloud: &Cloud<B>,
+        mirrors: &Mirrors<B>,
+        guided: &Guided,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<Found<B>> {
+        let Some(field) = &mirrors.field else {
+            unreachable!("charts are made of a field");
+        };
+        let guide = guide(field, &guided.charts, settings);
+        let budget = settings.sscr.budget(self.mirror_pixels());
+        let prefix = Self::prefix(&mut self.prefix, &cloud.surfels);
+        let (hits, counts, searched) =
+            backend.guided(&cloud.points, &guide, prefix, budget, job)?;
+        Ok(Found {
+            hits,
+            counts,
+            searched,
+        })
+    }
+
+    /// Where the searches end, to look at.
+    ///
+    /// # Errors
+    /// What the backend meets, [`crate::Error::Cancelled`].
+    pub fn search_heat<B: Backend>(
+        &mut self,
+        backend: &mut B,
+        cloud: &Cloud<B>,
+        gbuffer: &GBuffer<B>,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>> {
+        let surface = backend.surface(gbuffer, job)?;
+        let axes = Axes::from(&gbuffer.pinhole);
+        let cells = backend.curvature(&surface, axes, &settings.lhc, job)?;
+        let cells = backend.take(cells)?;
+        let labeller = &mut self.labeller;
+        let lhc = (backend.timings()).time("lhc", || labeller.lhc(&cells));
+        let mirrors = LabelledMirrors {
+            surface: &surface,
+            labels: &backend.write(lhc.labels.size(), lhc.labels.values())?,
+            regions: &lhc.regions,
+            right: gbuffer.pinhole.right,
+        };
+        backend.search_heat(&cloud.points, &mirrors, &settings.sscr, job)
     }
 
     /// The order in which the points of a cloud are searched, begun anew for another cloud.
@@ -144,12 +322,18 @@ impl Reflector {
             .1
     }
 
-    /// Traces the reflected rays, with a tree that is built where there is none for this cloud.
+    /// Traces the rays of these pixels, with a tree that is built where there is none for this cloud; of empty ones also
+    /// those of doubtful pixels.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "what is traced, where, and with what"
+    )]
     fn trace<B: Backend>(
         &mut self,
         backend: &mut B,
         surface: Surface<B>,
         mirror: MirrorGBuffer<B>,
+        pixels: Pixels,
         cloud: &Cloud<B>,
         settings: &Settings,
         job: &Job,
@@ -178,7 +362,22 @@ impl Reflector {
             },
         };
         let tracer = self.tracer.insert(tracer);
-        tracer.tracer.trace(&surface, &mut traced, timings, job)?;
+        if pixels == Pixels::Empty {
+            empty_doubtful(&mut traced);
+        }
+        tracer
+            .tracer
+            .trace(&surface, &mut traced, pixels, timings, job)?;
         traced.put(backend)
+    }
+}
+
+/// The guided search on these charts.
+fn guide<'a>(field: &'a MirrorField, charts: &'a [Chart], settings: &Settings) -> Guide<'a> {
+    Guide {
+        field,
+        charts,
+        self_hit: settings.sscr.self_hit,
+        splat_size: settings.splat.size,
     }
 }

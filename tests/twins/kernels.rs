@@ -11,6 +11,8 @@ use catoptric::image::ImageSettings;
 use catoptric::job::Job;
 use glam::UVec2;
 
+use super::mirror_splats;
+use super::mirrors::bring_mirror;
 use super::support::{
     SIZE, assert_agree, assert_gbuffers_agree, bring, bring_gbuffer, cloud, difference, gpu,
     pinhole, seen_by_cpu, spot,
@@ -20,9 +22,7 @@ fn accumulated(gpu: &mut Gpu) -> (Accumulated, Accumulated) {
     let surfels = cloud(3000, true);
     let settings = SplatSettings::default();
     let points = gpu.upload(&surfels).expect("points");
-    let got = gpu
-        .accumulate(&points, &pinhole(SIZE), &settings)
-        .expect("sums");
+    let got = gpu.sums(&points, &pinhole(SIZE), &settings).expect("sums");
     (
         got,
         Splatter::default().accumulate(&surfels, &pinhole(SIZE), &settings),
@@ -279,6 +279,31 @@ pub(super) fn shading_agrees() {
     let got = gpu.read(&got).expect("radiance").into_owned();
     // The penumbra is linear in an angle, whose arc cosine the device gives to about 1e-4.
     assert_agree("radiance", &got, expected.values(), 2e-3);
+}
+
+pub(super) fn shading_of_mirrors_agrees() {
+    let gpu = &mut gpu();
+    let shown = mirror_splats::shown();
+    let there = bring_mirror(gpu, &shown);
+    let (settings, job) = (GiSettings::default(), Job::default());
+    let (here, lit) = lights(gpu, 64);
+    let (second_here, second_lit) = lights(gpu, 40);
+    for (here, lit) in [
+        (vec![here, second_here], vec![lit, second_lit]),
+        (Vec::new(), Vec::new()),
+    ] {
+        let expected = Cpu::default()
+            .shade_mirror(&shown, &here, &settings, &job)
+            .expect("radiance");
+        let bright = expected.values().iter().filter(|v| v.x > 0.1).count();
+        assert!(here.is_empty() || bright > 100, "{bright} pixels are lit");
+        let got = gpu
+            .shade_mirror(&there, &lit, &settings, &job)
+            .expect("radiance");
+        let got = gpu.read(&got).expect("radiance").into_owned();
+        // As for `shading_agrees`.
+        assert_agree("radiance", &got, expected.values(), 2e-3);
+    }
 }
 
 pub(super) fn without_a_light_everything_is_black() {

@@ -15,6 +15,9 @@ use crate::error::{Error, Result};
 /// Offsets of bindings are multiples of this, bytes: WebGPU's default limit.
 pub(super) const BINDING_ALIGNMENT: u64 = 256;
 
+/// Bytes are bound and copied by words.
+const WORD: u64 = 4;
+
 /// Bytes that go to or come from the device in one piece.
 const TRANSFER: u64 = 32 << 20;
 
@@ -146,7 +149,14 @@ impl Buffer {
     /// Writes `bytes` from `offset` on.
     pub(super) fn upload(&self, offset: u64, bytes: &[u8]) -> Result<()> {
         let device = &self.pool.device;
-        for (i, piece) in bytes.chunks(TRANSFER as usize).enumerate() {
+        let (words, rest) = bytes.split_at(bytes.len() / WORD as usize * WORD as usize);
+        if !rest.is_empty() {
+            let mut last = [0; WORD as usize];
+            last[..rest.len()].copy_from_slice(rest);
+            let end = offset + words.len() as u64;
+            device.queue.write_buffer(self.raw(), end, &last);
+        }
+        for (i, piece) in words.chunks(TRANSFER as usize).enumerate() {
             device
                 .queue
                 .write_buffer(self.raw(), offset + i as u64 * TRANSFER, piece);
@@ -177,6 +187,7 @@ impl Buffer {
 
     fn read_back(&self, size: u64) -> Result<Vec<u8>> {
         let (pool, device) = (&self.pool, &self.pool.device);
+        let (wanted, size) = (size as usize, size.next_multiple_of(WORD));
         let mut bytes = Vec::with_capacity(size as usize);
         let staging = pool.take("reading back", size.min(TRANSFER), READ_BACK)?;
         while (bytes.len() as u64) < size {
@@ -190,6 +201,7 @@ impl Buffer {
                 bytes.extend_from_slice(mapped);
             })?;
         }
+        bytes.truncate(wanted);
         Ok(bytes)
     }
 }
@@ -268,7 +280,7 @@ impl<T: Pod> GpuGrid<T> {
         Binding {
             buffer: self.buffer.raw().clone(),
             offset: u64::from(pixels.start) * element,
-            size: u64::from(pixels.end - pixels.start) * element,
+            size: (u64::from(pixels.end - pixels.start) * element).next_multiple_of(WORD),
         }
     }
 
@@ -295,7 +307,7 @@ pub(super) struct PointBand {
 #[derive(Debug)]
 pub struct GpuPoints {
     pub(super) bands: Vec<PointBand>,
-    /// The same in main memory, for stages that run there.
+    /// The same in main memory, for the search that runs there.
     pub(super) surfels: Arc<Surfels>,
 }
 

@@ -21,28 +21,39 @@ use crate::job::Job;
 use crate::reflect::sscr::curvature::{Axes, LhcSettings};
 use crate::reflect::sscr::field::MirrorField;
 use crate::reflect::sscr::guided::Guide;
+use crate::reflect::sscr::heat::HeatSums;
 use crate::reflect::sscr::prefix::{Budget, Prefix};
 use crate::reflect::sscr::root_find::SearchCounts;
 use crate::reflect::sscr::{Splatting, SscrSettings};
-use crate::reflect::{Hit, LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
+use crate::reflect::{LabelledMirrors, MirrorCoverage, MirrorGBuffer, Surface};
 use crate::timing::Timings;
 
+mod accumulate;
+mod blend;
 mod buffers;
+mod curvature;
 mod device;
 mod edl;
 mod fill;
+mod guided;
+mod hits;
 mod kernel;
 mod layout;
-mod mirrors;
+mod mirror_pixels;
+mod pull_push;
+mod root_find;
+mod search_heat;
 mod shade;
 mod shaders;
 mod smooth;
 mod splat;
 mod stamps;
+mod surface;
 mod windows;
 
 pub use buffers::{GpuGrid, GpuPoints};
 pub use device::{AdapterChoice, Device, GpuOptions};
+pub use hits::GpuHits;
 pub use layout::{GpuStruct, Layout};
 pub use shaders::{LAYOUTS, SHADERS, SHARED, Shader, link};
 
@@ -87,7 +98,7 @@ impl Gpu {
 impl Backend for Gpu {
     type Grid<T: Pod> = GpuGrid<T>;
     type Points = GpuPoints;
-    type Hits = Vec<Hit>;
+    type Hits = GpuHits;
 
     fn name(&self) -> &'static str {
         "gpu"
@@ -198,8 +209,18 @@ impl Backend for Gpu {
         settings: &SscrSettings,
         diagonal: f32,
         job: &Job,
-    ) -> Result<(Vec<Hit>, SearchCounts)> {
+    ) -> Result<(GpuHits, SearchCounts)> {
         self.run_root_find(points, mirrors, settings, diagonal, job)
+    }
+
+    fn search_heat(
+        &mut self,
+        points: &GpuPoints,
+        mirrors: &LabelledMirrors<'_, Self>,
+        settings: &SscrSettings,
+        job: &Job,
+    ) -> Result<Grid<HeatSums>> {
+        self.run_search_heat(points, mirrors, settings, job)
     }
 
     fn mirror_field(
@@ -218,13 +239,13 @@ impl Backend for Gpu {
         prefix: &mut Prefix,
         budget: Budget,
         job: &Job,
-    ) -> Result<(Vec<Hit>, SearchCounts, usize)> {
+    ) -> Result<(GpuHits, SearchCounts, usize)> {
         self.run_guided(points, guide, prefix, budget, job)
     }
 
     fn accumulate(
         &mut self,
-        hits: &Vec<Hit>,
+        hits: &GpuHits,
         points: &GpuPoints,
         mirror: &mut MirrorGBuffer<Self>,
         splatting: &Splatting,

@@ -1,12 +1,19 @@
 //! The table of shaders, and the linker that puts `#import`s into them.
 
+use super::accumulate::HitParams;
+use super::blend::BlendParams;
+use super::curvature::CurvatureParams;
 use super::edl::EdlParams;
 use super::fill::{CoverageParams, RingParams};
 use super::kernel::{PIXEL_GROUP, POINT_GROUP};
 use super::layout::{GpuStruct, Layout};
-use super::shade::ShadeParams;
+use super::mirror_pixels::MirrorPixelsParams;
+use super::pull_push::{Cell, PullParams, PushParams};
+use super::root_find::{DistributeParams, Region, RootFindParams};
+use super::shade::{LightParams, ShadeMirrorParams, ShadeParams};
 use super::smooth::SmoothParams;
 use super::splat::{ClearParams, LightCloseParams, SplatParams};
+use super::surface::{EyeParams, ReflectedRaysParams, SurfaceParams};
 use crate::camera::Pinhole;
 use crate::cloud::SHININESS_LOG_RANGE;
 use crate::error::{Error, Result};
@@ -15,6 +22,14 @@ use crate::gbuffer::fill::{AGREE_SPACINGS, MIN_NEIGHBOURS};
 use crate::gbuffer::leak::LEAK_NEIGHBOURS;
 use crate::gbuffer::smooth::{DEPTH_SPACINGS, NORMAL_DIFFERENCE};
 use crate::gi::shade::RECEIVER_COSINE;
+use crate::reflect::Hit;
+use crate::reflect::sscr::accumulate::{DEPTH_RANGE, LARGEST_REACH};
+use crate::reflect::sscr::curvature::{
+    CONCAVE, CONVEX, MIN_STEP_SINE, PLANAR, X_STEP, Y_SHIFT, Y_STEP,
+};
+use crate::reflect::sscr::heat::{MAX_RESIDUAL, RESIDUAL_SCALE};
+use crate::reflect::sscr::mirror_error::SMALLEST_COSINE;
+use crate::reflect::sscr::root_find::SMALLEST_STEP;
 
 /// One kernel's source. Its name is the file's, the label in a profile and the row in the report.
 #[derive(Debug, Clone, Copy)]
@@ -48,6 +63,11 @@ const POINT: (&str, f64) = ("POINT_GROUP", POINT_GROUP as f64);
 const PIXEL: (&str, f64) = ("PIXEL_GROUP", PIXEL_GROUP as f64);
 const AGREE: (&str, f64) = ("AGREE_SPACINGS", AGREE_SPACINGS as f64);
 
+const COSINE: (&str, f64) = ("SMALLEST_COSINE", SMALLEST_COSINE as f64);
+
+const RECEIVER: (&str, f64) = ("RECEIVER_COSINE", RECEIVER_COSINE as f64);
+const SHININESS: (&str, f64) = ("SHININESS_LOG_RANGE", SHININESS_LOG_RANGE as f64);
+
 /// Constants of `shared/disc.wgsl`, and the workgroup.
 const DISC: &[(&str, f64)] = &[
     POINT,
@@ -55,6 +75,15 @@ const DISC: &[(&str, f64)] = &[
     ("MAX_TOLERANCE_SLOPE", MAX_TOLERANCE_SLOPE as f64),
     ("RIM", RIM as f64),
     ("BOUNDS_SLACK", BOUNDS_SLACK as f64),
+];
+
+/// Constants of `shared/hit_splat.wgsl`, and the workgroup.
+const HIT: &[(&str, f64)] = &[
+    POINT,
+    ("DEPTH_RANGE", DEPTH_RANGE as f64),
+    ("LARGEST_REACH", LARGEST_REACH as f64),
+    ("EDGE_ON_COSINE_SQUARED", EDGE_ON_COSINE_SQUARED as f64),
+    ("MAX_TOLERANCE_SLOPE", MAX_TOLERANCE_SLOPE as f64),
 ];
 
 shader! {
@@ -79,7 +108,7 @@ shader! {
 }
 shader! {
     /// Turns sums into the one surfel that a pixel shows.
-    AVERAGE = "average", &[PIXEL, ("SHININESS_LOG_RANGE", SHININESS_LOG_RANGE as f64)]
+    AVERAGE = "average", &[PIXEL, SHININESS]
 }
 
 shader! {
@@ -100,23 +129,115 @@ shader! {
 }
 shader! {
     /// Adds the light of one spot.
-    SHADE = "shade", &[PIXEL, ("RECEIVER_COSINE", RECEIVER_COSINE as f64)]
+    SHADE = "shade", &[PIXEL, RECEIVER]
 }
 shader! {
     /// Eye-dome lighting.
     EDL = "edl", &[PIXEL]
 }
 
+shader! {
+    /// The mirrors that the camera sees from the front.
+    SURFACE = "surface", &[PIXEL]
+}
+shader! {
+    /// The ray of every mirror pixel.
+    REFLECTED_RAYS = "reflected_rays", &[PIXEL]
+}
+shader! {
+    /// How the mirrors bend.
+    CURVATURE = "curvature", &[
+        PIXEL,
+        ("CONCAVE", CONCAVE as f64),
+        ("CONVEX", CONVEX as f64),
+        ("PLANAR", PLANAR as f64),
+        ("Y_SHIFT", Y_SHIFT as f64),
+        ("X_STEP", X_STEP as f64),
+        ("Y_STEP", Y_STEP as f64),
+        ("MIN_STEP_SINE", MIN_STEP_SINE as f64),
+    ]
+}
+shader! {
+    /// The mirrors, laid out for searches.
+    MIRROR_PIXELS = "mirror_pixels", &[PIXEL, COSINE]
+}
+shader! {
+    /// Searches the points in the mirrors.
+    ROOT_FIND = "root_find", &[POINT, COSINE, ("SMALLEST_STEP", SMALLEST_STEP as f64)]
+}
+
+shader! {
+    /// Where the searches end.
+    SEARCH_HEAT = "search_heat", &[
+        POINT,
+        COSINE,
+        ("SMALLEST_STEP", SMALLEST_STEP as f64),
+        ("RESIDUAL_SCALE", RESIDUAL_SCALE as f64),
+        ("MAX_RESIDUAL", MAX_RESIDUAL as f64),
+    ]
+}
+shader! {
+    /// The nearest hit of every mirror pixel, and how many there are.
+    HIT_DEPTH = "hit_depth", HIT
+}
+shader! {
+    /// Sums the attributes of the visible hits.
+    HIT_VISIBILITY = "hit_visibility", HIT
+}
+shader! {
+    /// Turns sums into the one surfel that a mirror pixel shows.
+    HIT_AVERAGE = "hit_average", &[PIXEL, SHININESS]
+}
+shader! {
+    /// Counts the mirrors' pixels that show something.
+    MIRROR_COVERAGE = "mirror_coverage", &[PIXEL]
+}
+shader! {
+    /// The finest level of the pyramid that fills holes.
+    PULL_FINEST = "pull_finest", &[PIXEL]
+}
+shader! {
+    /// A coarser level of the pyramid that fills holes.
+    PULL = "pull", &[PIXEL]
+}
+shader! {
+    /// Fills holes from one level of the pyramid.
+    PUSH = "push", &[PIXEL]
+}
+shader! {
+    /// Adds the light of one spot to what mirrors show.
+    SHADE_MIRROR = "shade_mirror", &[PIXEL, RECEIVER]
+}
+shader! {
+    /// What the mirrors show over the points' own part.
+    BLEND = "blend", &[PIXEL]
+}
+
 /// What shaders import: name and text.
 pub const SHARED: &[(&str, &str)] = shared![
+    "average",
+    "coverage",
     "depth_key",
     "disc",
+    "distribute",
+    "eye",
+    "hit",
+    "hit_params",
+    "hit_splat",
+    "hits",
+    "light",
+    "mirror_space",
     "neighbours",
     "pinhole",
     "plane_depth",
+    "pull",
     "ring",
+    "root_find",
     "splat",
-    "surfel"
+    "sums",
+    "surfel",
+    "unit",
+    "weight"
 ];
 
 /// Every kernel there is.
@@ -133,6 +254,21 @@ pub const SHADERS: &[Shader] = &[
     SMOOTH,
     SHADE,
     EDL,
+    SURFACE,
+    REFLECTED_RAYS,
+    CURVATURE,
+    MIRROR_PIXELS,
+    ROOT_FIND,
+    SEARCH_HEAT,
+    HIT_DEPTH,
+    HIT_VISIBILITY,
+    HIT_AVERAGE,
+    MIRROR_COVERAGE,
+    PULL_FINEST,
+    PULL,
+    PUSH,
+    SHADE_MIRROR,
+    BLEND,
 ];
 
 /// Every struct that a shader and Rust both see.
@@ -146,6 +282,22 @@ pub const LAYOUTS: &[Layout] = &[
     SmoothParams::LAYOUT,
     ShadeParams::LAYOUT,
     EdlParams::LAYOUT,
+    SurfaceParams::LAYOUT,
+    EyeParams::LAYOUT,
+    ReflectedRaysParams::LAYOUT,
+    CurvatureParams::LAYOUT,
+    MirrorPixelsParams::LAYOUT,
+    Region::LAYOUT,
+    DistributeParams::LAYOUT,
+    RootFindParams::LAYOUT,
+    Hit::LAYOUT,
+    HitParams::LAYOUT,
+    Cell::LAYOUT,
+    PullParams::LAYOUT,
+    PushParams::LAYOUT,
+    LightParams::LAYOUT,
+    ShadeMirrorParams::LAYOUT,
+    BlendParams::LAYOUT,
 ];
 
 /// Puts the files of `shaders/shared` in the place of the `#import` lines that name them, each once.

@@ -20,7 +20,7 @@ use crate::grid::Grid;
 use crate::job::Job;
 
 /// Surfels of one submission: none runs much longer than 100 ms, also where splats are large.
-const CHUNK: u32 = 1 << 18;
+pub(super) const CHUNK: u32 = 1 << 18;
 
 gpu_layout!(Pinhole {
     eye,
@@ -158,7 +158,7 @@ impl Gpu {
     ///
     /// # Errors
     /// As every stage.
-    pub fn accumulate(
+    pub fn sums(
         &mut self,
         points: &GpuPoints,
         pinhole: &Pinhole,

@@ -7,7 +7,7 @@ use glam::UVec2;
 use super::kernel::Threads;
 
 /// Steps of a kernel's inner loop that one submission may take: about 100 ms on a slow graphics card.
-const STEPS: u64 = 1 << 28;
+pub(super) const STEPS: u64 = 1 << 28;
 
 /// Bindings start at a multiple of these many pixels, so that even one byte a pixel is aligned.
 const PIXEL_ALIGNMENT: u32 = 256;
@@ -37,6 +37,12 @@ pub(super) struct Need {
     pub(super) bytes: u64,
     /// Steps of its inner loop per pixel.
     pub(super) steps: u64,
+}
+
+/// The pixels of so many rows, by number, from where a binding may start.
+pub(super) fn rows_of(size: UVec2, rows: &Range<u32>) -> Range<u32> {
+    let start = rows.start * size.x;
+    start / PIXEL_ALIGNMENT * PIXEL_ALIGNMENT..rows.end * size.x
 }
 
 /// Cuts a picture into windows.

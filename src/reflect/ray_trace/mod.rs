@@ -34,6 +34,15 @@ settings_group! {
     }
 }
 
+/// Whose rays are traced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pixels {
+    /// Those of every mirror pixel.
+    All,
+    /// Those of mirror pixels that show nothing.
+    Empty,
+}
+
 /// Traces rays through a cloud. Built once for a cloud and a splat size, then used for any number of pictures.
 #[derive(Debug)]
 pub struct RayTracer {
@@ -72,7 +81,7 @@ impl RayTracer {
         self.tree.memory()
     }
 
-    /// Traces the ray of every pixel of `mirror`, the picture of the rays of `surface` (row `ray_trace`).
+    /// Traces the rays of the `pixels` of `mirror`, the picture of the rays of `surface` (row `ray_trace`).
     ///
     /// The nearest disc decides whether a mirror or something else is seen; all discs of that class that the ray meets
     /// within the depth tolerance behind it are blended, as in a splatted pixel.
@@ -83,17 +92,21 @@ impl RayTracer {
         &self,
         surface: &Surface<Cpu>,
         mirror: &mut MirrorGBuffer<Cpu>,
+        pixels: Pixels,
         timings: &mut Timings,
         job: &Job,
     ) -> Result<()> {
         job.progress("tracing rays", 0, 0)?;
-        timings.time("ray_trace", || self.trace_rows(surface, mirror, job))
+        timings.time("ray_trace", || {
+            self.trace_rows(surface, mirror, pixels, job)
+        })
     }
 
     fn trace_rows(
         &self,
         surface: &Surface<Cpu>,
         mirror: &mut MirrorGBuffer<Cpu>,
+        pixels: Pixels,
         job: &Job,
     ) -> Result<()> {
         let width = surface.size.x.max(1) as usize;
@@ -117,7 +130,8 @@ impl RayTracer {
                 let (surfaces, albedos, materials, counts, levels) = seen;
                 for column in 0..origins.len() {
                     let (origin, direction) = (origins[column], directions[column]);
-                    if origin.w <= 0.0 {
+                    let known = pixels == Pixels::Empty && materials[column].w > 0.0;
+                    if origin.w <= 0.0 || known {
                         continue;
                     }
                     let leaving = Leaving {

@@ -77,6 +77,7 @@ fn trace(surfels: &[Surfel], points: &[Vec3]) -> Vec<Pixel> {
         .trace(
             &surface,
             &mut mirror,
+            Pixels::All,
             &mut Timings::default(),
             &Job::default(),
         )
@@ -303,6 +304,12 @@ fn a_cancelled_job_traces_nothing() {
     job.cancel();
     let surface = horizontal_mirror(&[Vec3::ZERO]);
     let mut mirror = MirrorGBuffer::of(&surface);
-    let result = tracer.trace(&surface, &mut mirror, &mut Timings::default(), &job);
+    let result = tracer.trace(
+        &surface,
+        &mut mirror,
+        Pixels::All,
+        &mut Timings::default(),
+        &job,
+    );
     assert!(result.is_err(), "a cancelled job must stop");
 }

@@ -24,10 +24,10 @@ use crate::reflect::{Hit, MirrorGBuffer};
 
 /// A ray that meets a surfel's plane at more than this many times the distance of the hit, or less than its inverse, takes
 /// that of the hit: it passes the plane too flatly to tell.
-const DEPTH_RANGE: f32 = 1.25;
+pub const DEPTH_RANGE: f32 = 1.25;
 
 /// Largest half side of a splat, pixels: where a mirror's picture folds, a point is magnified without bound.
-pub const LARGEST_REACH: f32 = 24.0;
+pub const LARGEST_REACH: f32 = 64.0;
 
 /// Splats hits. Keeps its working memory between frames.
 #[derive(Debug, Default)]

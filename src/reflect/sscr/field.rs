@@ -161,6 +161,12 @@ impl MirrorField {
         x < self.width as u32 && texel.is_some_and(|t| t.0[WHOLE] > 0.0)
     }
 
+    /// Whether the field ends beside the cell of a place.
+    pub fn is_at_end(&self, at: Vec2) -> bool {
+        let index = at.y as usize * self.width + at.x as usize;
+        self.texels.get(index).is_some_and(|t| t.0[WHOLE] > 1.0)
+    }
+
     /// Whether a place lies in the field, and not on its outline ([`OUTLINE`]).
     pub fn is_inside(&self, at: Vec2) -> bool {
         if !(at.x >= 0.0 && at.y >= 0.0 && at.x < self.width as f32) {

@@ -26,6 +26,10 @@ const GROUP: usize = 8;
 /// Groups a task.
 const CHUNK: usize = 256;
 
+/// How much farther splats reach beside the mirror's outline, pixels: its outermost pixels' rays turn away faster than the
+/// slopes within it tell. Which pixels a splat covers is decided by their own rays.
+const END_REACH: f32 = 1.0;
+
 /// How far from where it starts in a tile a search may go, pixels: half the tile, and one beyond.
 const STAY: f32 = 1.5 * LEAF as f32;
 
@@ -130,7 +134,8 @@ impl Guide<'_> {
                             point: index,
                             pixel: self.field.pixel_of_place(root.at),
                             distance: root.distance,
-                            reach: root.magnification * (radius * self.splat_size),
+                            reach: root.magnification * (radius * self.splat_size)
+                                + if root.at_end { END_REACH } else { 0.0 },
                         }));
                     }
                 }

@@ -4,7 +4,7 @@
 use glam::{Vec2, Vec3};
 
 /// Smallest cosine between normal and view that is divided by: at silhouettes the error grows without bound.
-const SMALLEST_COSINE: f32 = 1e-4;
+pub const SMALLEST_COSINE: f32 = 1e-4;
 
 /// A mirror at a pixel, with what the error there takes from it alone.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -103,7 +103,7 @@ fn mirror_pixel(mirrors: &LabelledMirrors<'_, Cpu>, x: usize, y: usize) -> Optio
 }
 
 /// The smallest rectangle around all regions.
-fn around(regions: &[Region]) -> PixelRect {
+pub(crate) fn around(regions: &[Region]) -> PixelRect {
     let mut bounds = regions.iter().map(|region| region.bounds);
     let nothing = PixelRect {
         x0: 0,

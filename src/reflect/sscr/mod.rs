@@ -10,10 +10,12 @@ pub mod curvature;
 pub mod distribute;
 pub mod field;
 pub mod guided;
+pub mod heat;
 pub mod lhc;
 pub mod mirror_error;
 mod mirror_pixels;
 pub mod newton;
+mod outcome;
 pub mod prefix;
 mod random;
 pub mod root_find;
@@ -22,7 +24,8 @@ mod settings;
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
 
-pub use settings::{Distribution, Search, Splatting, SscrSettings, Visibility};
+pub(crate) use mirror_pixels::around;
+pub use settings::{Closing, Distribution, Search, Splatting, SscrSettings, Visibility};
 
 /// A region of homogeneous curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]

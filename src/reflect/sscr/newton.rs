@@ -46,6 +46,8 @@ pub struct NewtonRoot {
     pub distance: f32,
     /// Pixels to the right and down by which a point moves in the mirror, at most, when it moves sideways by one unit.
     pub magnification: Vec2,
+    /// Whether the field ends beside it.
+    pub at_end: bool,
     /// Length of the error that is left.
     pub residual: f32,
     /// Unit direction from the mirror's point to the point.
@@ -192,6 +194,7 @@ pub fn newton(
                 at,
                 distance: s.distance,
                 magnification: s.magnification,
+                at_end: field.is_at_end(at),
                 residual: s.left_squared.max(0.0).sqrt(),
                 direction: s.direction,
                 spacing: sample.spacing,

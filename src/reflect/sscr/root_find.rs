@@ -18,9 +18,11 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::reflect::{Hit, LabelledMirrors};
 
+pub use super::outcome::{End, Outcome, Root, SearchCounts};
+
 /// Smallest step that is still taken, pixels. The mirror is known at pixel centres, so that shorter steps seldom lead
 /// anywhere; already at 1 the sphere loses four hits in ten, since the last bracket of two often forms below it.
-const SMALLEST_STEP: f32 = 0.5;
+pub const SMALLEST_STEP: f32 = 0.5;
 
 /// Points a task.
 const CHUNK: usize = 1 << 12;
@@ -57,50 +59,6 @@ impl From<&SscrSettings> for RootFindParams {
     }
 }
 
-/// Where a point is seen in the mirror.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Root {
-    /// Pixels (centres at + 0.5).
-    pub pixel: Vec2,
-    /// Distance from the mirror's point, in the cloud's unit.
-    pub distance: f32,
-    /// Steps taken.
-    pub steps: u32,
-    /// Length of the error at the pixel.
-    pub residual: f32,
-}
-
-/// How the search for a point ended.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Outcome {
-    /// The mirror shows it.
-    Found(Root),
-    /// Not found after so many steps.
-    Lost(u32),
-}
-
-/// What a search came to.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct SearchCounts {
-    /// Points that were searched for.
-    pub offered: u64,
-    /// Points that were found.
-    pub hit: u64,
-    /// Places in the mirrors where they were found.
-    pub hits: u64,
-    /// Steps in all.
-    pub steps: u64,
-}
-
-impl std::ops::AddAssign for SearchCounts {
-    fn add_assign(&mut self, more: Self) {
-        self.offered += more.offered;
-        self.hit += more.hit;
-        self.hits += more.hits;
-        self.steps += more.steps;
-    }
-}
-
 /// The mirrors in which points are searched.
 #[derive(Debug)]
 pub struct RootFinder<'a> {
@@ -114,6 +72,16 @@ pub struct RootFinder<'a> {
 struct Probe {
     at: Vec2,
     error: Vec2,
+}
+
+impl Probe {
+    /// The end of a search that got no further.
+    fn lost(&self, steps: u32) -> Outcome {
+        Outcome::Lost(End {
+            steps,
+            pixel: Some(self.at),
+        })
+    }
 }
 
 /// The search along one axis.
@@ -184,7 +152,7 @@ impl<'a> RootFinder<'a> {
             .checked_sub(1)
             .and_then(|k| self.regions.get(k as usize))
         else {
-            return Outcome::Lost(0);
+            return Outcome::Lost(End::default());
         };
         let probe = |at: Vec2| {
             let mirror = self.mirrors.at(at, region)?;
@@ -200,7 +168,7 @@ impl<'a> RootFinder<'a> {
             (0..=self.params.seed_attempts).find_map(|_| probe(random_pixel(bounds, &mut random)))
         };
         let (Some(mut first), Some(mut second)) = (seed(), seed()) else {
-            return Outcome::Lost(0);
+            return Outcome::Lost(End::default());
         };
         let extent = region_size(bounds).as_vec2() * self.params.initial_step;
         let along = |from: f32, to: f32, step: f32| Axis {
@@ -220,7 +188,7 @@ impl<'a> RootFinder<'a> {
             x.turn(first.error.x, second.error.x);
             y.turn(first.error.y, second.error.y);
             if steps == self.params.max_steps || x.step.max(y.step) < SMALLEST_STEP {
-                return Outcome::Lost(steps);
+                return second.lost(steps);
             }
             // A step that leaves the region is halved.
             let mut next = probe(second.at + step_of(x, y));
@@ -233,12 +201,12 @@ impl<'a> RootFinder<'a> {
                 next = probe(second.at + step_of(x, y));
             }
             let Some(next) = next else {
-                return Outcome::Lost(steps);
+                return second.lost(steps);
             };
             first = second;
             second = next;
         }
-        Outcome::Lost(self.params.max_steps)
+        second.lost(self.params.max_steps)
     }
 
     /// The root between two places, unless the point lies behind the mirror there, or belongs to it.
@@ -263,12 +231,12 @@ impl<'a> RootFinder<'a> {
             .at(pixel, region)
             .or_else(|| self.mirrors.at(b, region));
         let Some(mirror) = mirror else {
-            return Outcome::Lost(steps);
+            return second.lost(steps);
         };
         let to_point = point - mirror.position;
         let distance = to_point.length();
         if mirror.normal.dot(to_point) <= 0.0 || distance < self.params.self_hit * mirror.spacing {
-            return Outcome::Lost(steps);
+            return second.lost(steps);
         }
         Outcome::Found(Root {
             pixel,
@@ -317,7 +285,7 @@ impl<'a> RootFinder<'a> {
                                 reach: Vec2::splat(reach_at(root.distance)),
                             });
                         }
-                        Outcome::Lost(steps) => counts.steps += u64::from(steps),
+                        Outcome::Lost(end) => counts.steps += u64::from(end.steps),
                     }
                 }
                 Ok((hits, counts))

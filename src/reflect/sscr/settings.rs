@@ -62,24 +62,29 @@ impl SscrSettings {
         }
     }
 
-    /// How hits become splats, where `searched` of `points` points were searched and a surfel's disc is `splat_size` times
-    /// its radius.
-    pub fn splatting(&self, splat: &SplatSettings, searched: usize, points: usize) -> Splatting {
-        match self.search {
-            Search::Interleaved => Splatting {
-                visibility: self.visibility,
-                depth_offset: self.depth_offset,
-                disc: None,
-                own_layer: self.self_hit,
-                enlarged: 1.0,
-            },
-            Search::Guided => Splatting {
-                visibility: self.visibility,
-                depth_offset: splat.depth_tolerance,
-                disc: Some(splat.size),
-                own_layer: self.self_hit,
-                enlarged: (points as f32 / searched.max(1) as f32).sqrt(),
-            },
+    /// How hits become splats: of the guided search or the other, which searched so many of the points.
+    pub fn splatting(
+        &self,
+        guided: bool,
+        splat: &SplatSettings,
+        searched: usize,
+        points: usize,
+    ) -> Splatting {
+        let squares = Splatting {
+            visibility: self.visibility,
+            depth_offset: self.depth_offset,
+            disc: None,
+            own_layer: self.self_hit,
+            enlarged: 1.0,
+        };
+        if !guided {
+            return squares;
+        }
+        Splatting {
+            depth_offset: splat.depth_tolerance,
+            disc: Some(splat.size),
+            enlarged: (points as f32 / searched.max(1) as f32).sqrt(),
+            ..squares
         }
     }
 
@@ -92,13 +97,26 @@ impl SscrSettings {
     }
 }
 
+setting_choice! {
+    /// How holes in the mirrors are closed.
+    pub enum Closing {
+        /// From coarser and coarser averages of what surrounds them [Preiner 2010, sections 3.6 and 4.6].
+        PullPush = "pull_push",
+        /// By tracing the rays of pixels that show nothing, or something far behind what surrounds them. Needs the tree of
+        /// `ray_trace`, which is most of its cost; what reflects nothing stays empty.
+        Rays = "rays",
+        /// Not at all.
+        None = "none",
+    }
+}
+
 settings_group! {
     /// How mirrors are searched for what they show.
     pub struct SscrSettings in "sscr" {
         /// How the pixel that shows a point is searched.
         search: Search = Search::Guided;
         /// Points searched per mirror pixel by "guided", of the shuffled cloud; 0 takes as many as the mirrors need, in
-        /// doublings, until they hold eight hits a pixel. Fewer blur and cost less, in proportion.
+        /// doublings, until they hold four hits a pixel. Fewer blur and cost less, in proportion.
         points_per_pixel: f32 = 0.0, 0.0..=100000.0, "points";
         /// How many more random pixels of the region's box are tried for each of the two places where a search starts, if
         /// the first lies outside of the region. The first two gain most [Preiner 2010, figure 5.4]: the sphere's hit rate
@@ -135,6 +153,8 @@ settings_group! {
         /// Points nearer to the mirror than this are its own, and dropped: a few would hide all that the mirror shows
         /// (they cost 9 dB on the parabola).
         self_hit: f32 = 5.0, 0.0..=10000.0, "x spacing";
+        /// How holes in the mirrors are closed.
+        closing: Closing = Closing::PullPush;
         /// Halvings of the mirror's picture from which holes are filled. 4 close holes of up to 16 pixels, and fill too
         /// what reflects nothing [Preiner 2010, sections 3.6 and 4.6]; 0 leaves holes.
         pull_levels: u32 = 4, 0..=16, "levels";

@@ -134,5 +134,9 @@ fn mirrors_of_a_few_pixels_are_searched_without_harm() {
         regions: Vec::new(),
     };
     let finder = RootFinder::new(&LabelledMirrors::new(&surface, &none, Vec3::X), PARAMS).unwrap();
-    assert_eq!(finder.find(0, Vec3::Z, 1), Outcome::Lost(0), "no region");
+    assert_eq!(
+        finder.find(0, Vec3::Z, 1),
+        Outcome::Lost(End::default()),
+        "no region"
+    );
 }
