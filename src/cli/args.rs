@@ -2,8 +2,11 @@
 
 use std::path::PathBuf;
 
+use catoptric::renderer::BackendChoice;
 use catoptric::scene::Override;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use super::Usage;
 
 /// Renders point clouds with global illumination, and recognises the mirrors in them.
 ///
@@ -29,6 +32,7 @@ pub(super) enum Command {
     Render(Box<RenderArgs>),
     Info(InfoArgs),
     Generate(GenerateArgs),
+    Compare(CompareArgs),
 }
 
 /// Render a scene or a cloud to a picture, and its camera G-buffer to an EXR.
@@ -174,12 +178,83 @@ pub(super) struct GenerateArgs {
     pub(super) mesh: Option<PathBuf>,
 }
 
+/// Where a measurement runs.
+#[derive(Debug, Args)]
+pub(super) struct WhereArgs {
+    /// Where to render, as in `catoptric render`.
+    #[arg(long, value_enum, default_value_t = BackendName::Auto)]
+    pub(super) backend: BackendName,
+
+    /// The graphics adapter, by a part of its name.
+    #[arg(long, value_name = "NAME")]
+    pub(super) adapter: Option<String>,
+}
+
+/// Render a scene with named settings, side by side with the traced reference of the same points: what each costs and
+/// how well its mirrors show what they ought to.
+#[derive(Debug, Args)]
+#[command(after_help = COMPARE_HELP)]
+pub(super) struct CompareArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+
+    /// Settings to compare, with a name. May be given several times [default: interleaved, guided and ray_trace].
+    #[arg(long = "variant", value_name = "NAME:KEY=VALUE,...")]
+    pub(super) variants: Vec<String>,
+
+    /// What somebody else says of the scene: an .npz archive of what mirrors show, or an .exr picture. May be given several
+    /// times.
+    #[arg(long = "truth", value_name = "FILE")]
+    pub(super) truths: Vec<PathBuf>,
+
+    /// Timed frames of each variant, in turn, after one that is not timed.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(super) repeats: u32,
+
+    /// A folder for report.html, compare.json and the pictures; it is made where it is missing.
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(super) place: WhereArgs,
+}
+
+const COMPARE_HELP: &str = "\
+docs/MEASURING.md says what is measured, and how.
+
+Examples:
+  catoptric compare pointclouds/sphere.toml -o sphere
+  catoptric compare scan.toml --variant few:sscr.points_per_pixel=2 --variant many:sscr.points_per_pixel=20
+  catoptric compare pointclouds/sphere.toml --truth sphere_aov.npz --repeats 3";
+
 /// Where to render.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum BackendName {
     Auto,
     Gpu,
     Cpu,
+}
+
+impl WhereArgs {
+    /// The backend that they ask for.
+    pub(super) fn choice(&self) -> Result<BackendChoice, Usage> {
+        backend(self.backend, self.adapter.as_deref())
+    }
+}
+
+/// The backend that the flags ask for.
+pub(super) fn backend(name: BackendName, adapter: Option<&str>) -> Result<BackendChoice, Usage> {
+    match (name, adapter) {
+        (BackendName::Cpu, Some(_)) => Err(Usage(
+            "--adapter names a graphics adapter, which --backend cpu does not use; leave one out"
+                .into(),
+        )),
+        (BackendName::Cpu, None) => Ok(BackendChoice::Cpu),
+        (BackendName::Auto, None) => Ok(BackendChoice::Auto),
+        (BackendName::Gpu, name) | (BackendName::Auto, name @ Some(_)) => {
+            Ok(BackendChoice::Gpu(name.map(str::to_owned)))
+        }
+    }
 }
 
 impl SceneArgs {

@@ -6,6 +6,8 @@ use clap::Parser as _;
 use clap::error::ErrorKind;
 
 mod args;
+mod compare;
+mod folder;
 mod generate;
 mod info;
 mod outputs;
@@ -34,6 +36,7 @@ pub(crate) fn run() -> ExitCode {
             Command::Render(args) => render::render(&args),
             Command::Info(args) => info::info(&args),
             Command::Generate(args) => generate::generate(&args),
+            Command::Compare(args) => compare::compare(&args),
         },
         Err(refusal) if refusal.use_stderr() => Err(Usage(sentence(&refusal)).into()),
         // Not a refusal: the text of --help or --version.
