@@ -41,7 +41,8 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<()> {
     }
     let mut truths = Vec::with_capacity(args.truths.len());
     for path in &args.truths {
-        truths.push((path.display().to_string(), Truth::read(path)?));
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        truths.push((name.to_string_lossy().into_owned(), Truth::read(path)?));
     }
     let (job, progress) = terminal::job()?;
     let task = Task {

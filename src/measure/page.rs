@@ -169,11 +169,12 @@ table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums;font
 th,td{padding:.35rem .6rem;text-align:left;white-space:nowrap;border-bottom:1px solid var(--line)}
 tbody tr:last-child td{border-bottom:0}tbody tr:nth-child(even){background:var(--row)}
 .n{text-align:right}
+th:first-child,td:first-child{position:sticky;left:0;background:var(--paper)}
 th button{all:unset;cursor:pointer;font-weight:600;padding:.5rem 0}
 th button:focus-visible{outline:2px solid}
 th[aria-sort=ascending] button::after{content:' \\25B2'}th[aria-sort=descending] button::after{content:' \\25BC'}
 .figures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,22rem),1fr));gap:1rem}
-figure{margin:0}figure img,figure svg{width:100%;height:auto;display:block}
+figure{margin:0}.plot{max-width:44rem}figure img,figure svg{width:100%;height:auto;display:block}
 figcaption{font-size:.85rem;color:var(--faint);overflow-wrap:anywhere}
 pre{overflow-x:auto;padding:.75rem;background:var(--row);border:1px solid var(--line);border-radius:6px;font-size:.85rem}
 ";

@@ -6,7 +6,7 @@ use super::page::escaped;
 use crate::error::{Error, Result};
 
 /// Width and height of a plot, pixels; it scales.
-const SIZE: (u32, u32) = (640, 400);
+const SIZE: (u32, u32) = (560, 380);
 
 /// Colours that stay apart for those who see few [Okabe and Ito 2008].
 const COLOURS: [RGBColor; 7] = [
@@ -243,7 +243,7 @@ mod tests {
         };
         let svg = plot.svg().unwrap_or_default();
         assert!(
-            svg.contains("viewBox=\"0 0 640 400\" role=\"img\""),
+            svg.contains("viewBox=\"0 0 560 380\" role=\"img\""),
             "{svg}"
         );
         assert!(
