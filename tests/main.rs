@@ -24,6 +24,7 @@ mod guided;
 mod hostile;
 mod ideal;
 mod limits;
+mod measured;
 mod mesh;
 mod npz;
 mod oracle;
@@ -62,6 +63,7 @@ fn main() {
         guided::tests(),
         hostile::tests(),
         limits::tests(),
+        measured::tests(),
         mesh::tests(),
         oracle::tests(),
         output::tests(),

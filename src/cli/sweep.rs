@@ -50,7 +50,6 @@ pub(super) fn sweep(args: &SweepArgs) -> anyhow::Result<()> {
         .unwrap_or(REPEATS);
     let folder = args.output.as_path();
     let files = ["sweep.csv", "report.html"].map(|name| folder.join(name));
-    check_folder(folder, &[&files[0], &files[1]])?;
 
     // A wrong key is refused before the folder is made.
     let task = SweepTask {
@@ -62,6 +61,7 @@ pub(super) fn sweep(args: &SweepArgs) -> anyhow::Result<()> {
         folder,
     };
     task.check()?;
+    check_folder(folder, &[&files[0], &files[1]])?;
     make_folder(folder)?;
     let (job, progress) = terminal::job()?;
     let rows = measure(&task, &job).map_err(|e| match e {

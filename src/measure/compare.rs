@@ -251,10 +251,12 @@ fn settings_of(task: &Task<'_>, variant: &Variant, scene: &Scene) -> Result<Sett
     let all = [task.overrides, &variant.overrides].concat();
     let changed = Scene::open(task.path, &all)?;
     if !changed.shows_the_same(scene) {
-        return Err(Error::Setting(format!(
-            "the variant {:?} changes what is seen, not only how; compare such scenes by catoptric sweep",
-            crate::text::short_name(&variant.name)
-        )));
+        return Err(Error::Override {
+            given: format!("--variant {}", crate::text::short_name(&variant.name)),
+            problem:
+                "it changes what is seen, not only how; compare such scenes by catoptric sweep"
+                    .into(),
+        });
     }
     Ok(changed.settings)
 }
