@@ -5,7 +5,8 @@ use std::path::Path;
 
 use catoptric::Job;
 use catoptric::image::Background;
-use catoptric::measure::compare::{Comparison, Task, Variant, compare as measure};
+use catoptric::measure::Variant;
+use catoptric::measure::compare::{Comparison, Task, compare as measure};
 use catoptric::measure::truth::Truth;
 use catoptric::output::{Outputs, encode_png};
 use catoptric::scene::Scene;

@@ -18,6 +18,8 @@ pub mod sweep;
 mod sweep_report;
 pub mod truth;
 pub mod tune;
+mod tune_report;
+mod variant;
 
 pub use knobs::USUAL_KEYS;
 pub use percentiles::{Percentiles, median, percentile};
@@ -25,3 +27,4 @@ pub use planes::{Planes, srgb};
 pub use report::{BounceReport, GBufferReport, Report, peak_memory_bytes, restart_peak_memory};
 pub use row::{NUMBERS, Row};
 pub use sweep_report::{NamedPlot, SweepReport};
+pub use variant::Variant;
