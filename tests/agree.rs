@@ -106,7 +106,7 @@ fn psnr(products: &Products, traced: &Products) -> f64 {
 }
 
 fn agrees_on_both_backends(scene: &str, search: &str) -> Result<(), Failed> {
-    let searched = [("sscr.search", search)];
+    let searched = [("reflect.method", "sscr"), ("sscr.search", search)];
     let (cpu, gpu) = (
         render_with(scene, &BackendChoice::Cpu, &searched)?,
         render_with(scene, &BackendChoice::Gpu(None), &searched)?,
@@ -141,6 +141,7 @@ fn agrees_on_both_backends(scene: &str, search: &str) -> Result<(), Failed> {
 
     // The negative control: larger splats or fewer points blur the mirrors by more than that.
     let fewer = [
+        ("reflect.method", "sscr"),
         ("sscr.search", search),
         ("sscr.max_splat", "5"),
         ("sscr.points_per_pixel", "2"),

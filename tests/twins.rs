@@ -3,6 +3,7 @@
 //! Without any graphics adapter these tests are shown as ignored; with CATOPTRIC_GPU=require they fail then.
 
 mod cancel;
+mod guided;
 mod kernels;
 mod mirror_splats;
 mod mirrors;
@@ -30,6 +31,18 @@ pub(crate) fn tests() -> Vec<Trial> {
         test(
             "cancelled_stages_end_on_the_gpu",
             cancel::stages_end_on_the_gpu,
+        ),
+        test(
+            "guided_searches_agree_on_every_place",
+            guided::guided_searches_agree_on_every_place,
+        ),
+        test(
+            "a_list_that_is_too_short_is_searched_again",
+            guided::a_list_that_is_too_short_is_searched_again,
+        ),
+        test(
+            "a_mirror_turned_a_little_is_noticed_by_guided_searches",
+            guided::a_mirror_turned_a_little_is_noticed_by_guided_searches,
         ),
         test(
             "sums_are_equal_to_the_last_bit",

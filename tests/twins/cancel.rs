@@ -55,7 +55,7 @@ fn stages_are_cancelled<B: Backend>(backend: &mut B) {
     let (hits, _) = backend
         .root_find(&points, &mirrors, &sscr, 5.0, &job)
         .expect("hits");
-    let splatting = sscr.splatting(&settings, 1, 1);
+    let splatting = sscr.splatting(false, &settings, 1, 1);
     let mut radiance = backend
         .shade_mirror(&mirror, &[], &Default::default(), &job)
         .expect("radiance");

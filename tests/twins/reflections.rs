@@ -6,7 +6,7 @@ use catoptric::backend::{Backend, Cloud};
 use catoptric::gi::GiSettings;
 use catoptric::job::Job;
 use catoptric::reflect::sscr::Search;
-use catoptric::reflect::{MirrorGBuffer, Reflector};
+use catoptric::reflect::{Method, MirrorGBuffer, Reflector};
 use catoptric::settings::Settings;
 use glam::{UVec2, Vec4};
 
@@ -15,6 +15,7 @@ use super::support::{cloud, gpu, options, pinhole};
 /// What the mirror ball of a cloud shows, and the picture with it.
 fn reflected<B: Backend>(backend: &mut B, search: Search) -> (MirrorGBuffer<Cpu>, Vec<Vec4>) {
     let mut settings = Settings::default();
+    settings.reflect.method = Method::Sscr;
     settings.sscr.search = search;
     let surfels = cloud(40_000, true);
     let points = backend.upload(&surfels).expect("points");

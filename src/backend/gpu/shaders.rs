@@ -5,6 +5,7 @@ use super::blend::BlendParams;
 use super::curvature::CurvatureParams;
 use super::edl::EdlParams;
 use super::fill::{CoverageParams, RingParams};
+use super::guided::{BeamNode, FieldParams, GuidedParams};
 use super::kernel::{PIXEL_GROUP, POINT_GROUP};
 use super::layout::{GpuStruct, Layout};
 use super::mirror_pixels::MirrorPixelsParams;
@@ -24,11 +25,17 @@ use crate::gbuffer::smooth::{DEPTH_SPACINGS, NORMAL_DIFFERENCE};
 use crate::gi::shade::RECEIVER_COSINE;
 use crate::reflect::Hit;
 use crate::reflect::sscr::accumulate::{DEPTH_RANGE, LARGEST_REACH};
+use crate::reflect::sscr::charts::MAP_SIDE;
 use crate::reflect::sscr::curvature::{
     CONCAVE, CONVEX, MIN_STEP_SINE, PLANAR, X_STEP, Y_SHIFT, Y_STEP,
 };
+use crate::reflect::sscr::field::OUTLINE;
+use crate::reflect::sscr::guided::{END_REACH, SAME_ROOT, STAY};
 use crate::reflect::sscr::heat::{MAX_RESIDUAL, RESIDUAL_SCALE};
 use crate::reflect::sscr::mirror_error::SMALLEST_COSINE;
+use crate::reflect::sscr::newton::{
+    DAMPING, FOLD, HALVINGS, LAST_STEP, LONGEST_STEP, MAX_STEPS, RESIDUAL, RESIDUAL_FLOOR,
+};
 use crate::reflect::sscr::root_find::SMALLEST_STEP;
 
 /// One kernel's source. Its name is the file's, the label in a profile and the row in the report.
@@ -167,6 +174,27 @@ shader! {
 }
 
 shader! {
+    /// Searches the points on the charts of the mirrors.
+    GUIDED = "guided", &[
+        POINT,
+        ("OUTLINE", OUTLINE as f64),
+        ("MAX_STEPS", MAX_STEPS as f64),
+        ("LONGEST_STEP", LONGEST_STEP as f64),
+        ("HALVINGS", HALVINGS as f64),
+        ("LAST_STEP", LAST_STEP as f64),
+        ("RESIDUAL", RESIDUAL as f64),
+        ("RESIDUAL_FLOOR", RESIDUAL_FLOOR as f64),
+        ("FOLD", FOLD as f64),
+        ("DAMPING", DAMPING as f64),
+        ("SAME_ROOT", SAME_ROOT as f64),
+        ("STAY", STAY as f64),
+        ("END_REACH", END_REACH as f64),
+        ("MAP_SIDE", MAP_SIDE as f64),
+        ("LARGEST_REACH", LARGEST_REACH as f64),
+    ]
+}
+
+shader! {
     /// Where the searches end.
     SEARCH_HEAT = "search_heat", &[
         POINT,
@@ -221,6 +249,7 @@ pub const SHARED: &[(&str, &str)] = shared![
     "disc",
     "distribute",
     "eye",
+    "field",
     "hit",
     "hit_params",
     "hit_splat",
@@ -228,6 +257,7 @@ pub const SHARED: &[(&str, &str)] = shared![
     "light",
     "mirror_space",
     "neighbours",
+    "newton",
     "pinhole",
     "plane_depth",
     "pull",
@@ -259,6 +289,7 @@ pub const SHADERS: &[Shader] = &[
     CURVATURE,
     MIRROR_PIXELS,
     ROOT_FIND,
+    GUIDED,
     SEARCH_HEAT,
     HIT_DEPTH,
     HIT_VISIBILITY,
@@ -290,6 +321,9 @@ pub const LAYOUTS: &[Layout] = &[
     Region::LAYOUT,
     DistributeParams::LAYOUT,
     RootFindParams::LAYOUT,
+    FieldParams::LAYOUT,
+    GuidedParams::LAYOUT,
+    BeamNode::LAYOUT,
     Hit::LAYOUT,
     HitParams::LAYOUT,
     Cell::LAYOUT,

@@ -12,13 +12,15 @@ pub const LEAF: u32 = 4;
 
 /// A square of cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Node {
-    beam: Beam,
-    kind: Kind,
+pub(crate) struct Node {
+    /// What it can show.
+    pub(crate) beam: Beam,
+    /// What it is made of.
+    pub(crate) kind: Kind,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
+pub(crate) enum Kind {
     /// So many nodes from this index on.
     Children { first: u32, count: u32 },
     /// A tile: searches start at this one of the tree's starts.
@@ -161,6 +163,16 @@ impl BeamTree {
                 }
             }
         }
+    }
+
+    /// All nodes; the first is the root.
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Where searches start.
+    pub(crate) fn starts(&self) -> &[Start] {
+        &self.starts
     }
 
     /// Number of nodes.

@@ -91,6 +91,21 @@ impl DirectionMap {
         row * MAP_SIDE + column
     }
 
+    /// Axes of the map, unit vectors: right, up, and that of the cone.
+    pub(crate) fn axes(&self) -> [Vec3; 3] {
+        [self.right, self.up, self.axis]
+    }
+
+    /// Half the map's side over the projected radius of the cone.
+    pub(crate) fn scale(&self) -> f32 {
+        self.scale
+    }
+
+    /// Places in the field, row by row.
+    pub(crate) fn places(&self) -> &[Vec2] {
+        &self.places
+    }
+
     /// The place that reflects about in a direction.
     #[inline]
     pub fn place(&self, direction: Vec3) -> Vec2 {

@@ -4,6 +4,7 @@
 //! Between the centres of four pixels of one mirror both are bilinear. Such a square is a *cell*; cells over which the
 //! mirror breaks off are no part of the field.
 
+use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 use wide::f32x8;
@@ -21,7 +22,7 @@ use crate::reflect::Surface;
 /// (7), see [`SIDES`].
 ///
 /// Point and direction side by side are interpolated as one vector of eight.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(32))]
 struct Texel([f32; 8]);
 
@@ -125,6 +126,11 @@ impl MirrorField {
             width,
             texels: (0..width * height).into_par_iter().map(texel).collect(),
         })
+    }
+
+    /// All pixels, row by row, as the device reads them: eight numbers each.
+    pub(crate) fn texels(&self) -> &[[f32; 8]] {
+        bytemuck::cast_slice(&self.texels)
     }
 
     /// Width and height, pixels.

@@ -28,10 +28,10 @@ const CHUNK: usize = 256;
 
 /// How much farther splats reach beside the mirror's outline, pixels: its outermost pixels' rays turn away faster than the
 /// slopes within it tell. Which pixels a splat covers is decided by their own rays.
-const END_REACH: f32 = 1.0;
+pub const END_REACH: f32 = 1.0;
 
 /// How far from where it starts in a tile a search may go, pixels: half the tile, and one beyond.
-const STAY: f32 = 1.5 * LEAF as f32;
+pub const STAY: f32 = 1.5 * LEAF as f32;
 
 /// The mirrors in which points are searched, and how.
 #[derive(Debug, Clone, Copy)]

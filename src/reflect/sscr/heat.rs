@@ -94,18 +94,11 @@ impl Sums {
 /// # Errors
 /// [`Error::Setting`] where it does not.
 pub fn require_search(settings: &Settings) -> Result<()> {
-    let missing = |what: &str| {
-        Err(Error::Setting(format!(
-            "the heat is that of the interleaved search, which does not run where {what}"
-        )))
-    };
     match (settings.reflect.method, settings.sscr.search) {
         (Method::Sscr, Search::Interleaved) => Ok(()),
-        (Method::Sscr, Search::Guided) => {
-            missing("sscr.search is \"guided\"; set it to \"interleaved\"")
-        }
-        (Method::RayTrace, _) => missing("reflect.method is \"ray_trace\"; set it to \"sscr\""),
-        (Method::Auto, _) => missing("reflect.method is \"auto\"; set it to \"sscr\""),
+        (Method::Auto | Method::RayTrace, _) | (Method::Sscr, Search::Guided) => Err(Error::Setting(
+            "the heat is that of the interleaved search; set reflect.method to \"sscr\" and sscr.search to \"interleaved\"".into(),
+        )),
     }
 }
 

@@ -26,16 +26,16 @@ pub const LAST_STEP: f32 = 0.25;
 
 /// What the last step leaves of the error's square may be this part of its slopes' squares: a tenth of a pixel. Where the
 /// mirror comes near to showing a point but does not, steps vanish and the error stays.
-const RESIDUAL: f32 = 0.01;
+pub const RESIDUAL: f32 = 0.01;
 
 /// The error's square that is accepted however flat the field: a milliradian.
-const RESIDUAL_FLOOR: f32 = 1e-6;
+pub const RESIDUAL_FLOOR: f32 = 1e-6;
 
 /// A determinant smaller than this part of the product of both slopes is damped: there the mirror's picture folds.
-const FOLD: f32 = 1e-6;
+pub const FOLD: f32 = 1e-6;
 
 /// Part of the slopes that is added where they are damped.
-const DAMPING: f32 = 1e-3;
+pub const DAMPING: f32 = 1e-3;
 
 /// Where the mirror shows a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,7 +95,8 @@ fn step(sample: &Sample, point: Vec3) -> Step {
         left_squared: error.length_squared() + step.dot(Vec2::new(gx, gy)),
         slopes_squared,
         distance,
-        magnification: Vec2::new((c * over).sqrt(), (a * over).sqrt()) * inverse,
+        // Rounding may turn the sign where the mirror's picture folds.
+        magnification: Vec2::new((c * over).abs().sqrt(), (a * over).abs().sqrt()) * inverse,
         direction: l,
     }
 }

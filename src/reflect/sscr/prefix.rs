@@ -138,8 +138,9 @@ mod tests {
     #[test]
     fn a_prefix_is_the_first_points_each_once() {
         let count = 100_000;
+        // One hit a point: enough after two parts.
         let budget = Budget::Enough {
-            mirror_pixels: 1 << 13,
+            mirror_pixels: (1.5 * FIRST as f64 / ENOUGH) as u64,
         };
         let mut some = searched(count, budget, 1.0);
         some.sort_unstable();
