@@ -115,6 +115,16 @@ pub fn picture(radiance: &Grid<Vec4>, settings: &ImageSettings) -> Grid<[u8; 4]>
     picture
 }
 
+/// The linear RGB that a display is asked to show of a pixel's radiance (alpha 1 where something is seen, else 0), or of
+/// the background where nothing is seen; above 1 it clips.
+pub fn shown(radiance: Vec4, settings: &ImageSettings) -> Vec3 {
+    if radiance.w > 0.0 {
+        tone_mapped(radiance.truncate() * settings.exposure, settings.tone_map)
+    } else {
+        settings.background.linear()
+    }
+}
+
 /// Exposed radiance, brought towards 0 to 1.
 fn tone_mapped(exposed: Vec3, tone_map: ToneMap) -> Vec3 {
     let light = exposed.map(|v| {

@@ -2,18 +2,21 @@
 
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The time that one pass took.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PassTime {
     /// The pass.
     pub name: String,
     /// Wall time, milliseconds.
     pub wall_ms: f64,
     /// Time on the device, milliseconds, where it can be measured.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gpu_ms: Option<f64>,
+    /// Time of all processor cores together, milliseconds, where the system tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cpu_ms: Option<f64>,
 }
 
 /// The times of the passes of a frame, in the order in which they first ran.
@@ -33,6 +36,7 @@ impl Timings {
                 name: name.to_owned(),
                 wall_ms: ms,
                 gpu_ms: None,
+                cpu_ms: None,
             }),
         }
     }
@@ -44,11 +48,28 @@ impl Timings {
         }
     }
 
-    /// Runs `work` and adds its wall time to the row `name`.
+    /// Runs `work` and adds its time, wall and processor, to the row `name`.
     pub fn time<R>(&mut self, name: &str, work: impl FnOnce() -> R) -> R {
-        let start = Instant::now();
+        let (start, cpu) = (Instant::now(), process_ms());
         let result = work();
         self.add(name, start.elapsed());
+        let spent = process_ms().zip(cpu).map(|(now, then)| now - then);
+        if let (Some(spent), Some(pass)) = (spent, self.passes.iter_mut().find(|p| p.name == name))
+        {
+            *pass.cpu_ms.get_or_insert(0.0) += spent;
+        }
         result
     }
+}
+
+/// Time that all threads of this process have spent on processor cores, milliseconds; `None` where the system does not
+/// tell (all but Unix).
+pub fn process_ms() -> Option<f64> {
+    #[cfg(unix)]
+    {
+        let spent = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+        Some(spent.tv_sec as f64 * 1e3 + spent.tv_nsec as f64 / 1e6)
+    }
+    #[cfg(not(unix))]
+    None
 }

@@ -25,12 +25,14 @@ mod hostile;
 mod ideal;
 mod indirect;
 mod limits;
+mod measured;
 mod mesh;
 mod npz;
 mod oracle;
 mod output;
 mod overrides;
 mod program;
+mod quality;
 mod ray_trace;
 mod regions;
 mod render;
@@ -63,10 +65,12 @@ fn main() {
         hostile::tests(),
         indirect::tests(),
         limits::tests(),
+        measured::tests(),
         mesh::tests(),
         oracle::tests(),
         output::tests(),
         overrides::tests(),
+        quality::tests(),
         regions::tests(),
         render::tests(),
         rendered::tests(),

@@ -109,7 +109,7 @@ impl Shown {
     }
 }
 
-fn srgb(linear: DVec3) -> DVec3 {
+pub(crate) fn srgb(linear: DVec3) -> DVec3 {
     let encode = |c: f64| {
         if c <= 0.003_130_8 {
             12.92 * c

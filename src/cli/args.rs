@@ -2,8 +2,11 @@
 
 use std::path::PathBuf;
 
+use catoptric::renderer::BackendChoice;
 use catoptric::scene::Override;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use super::Usage;
 
 /// Renders point clouds with global illumination, and recognises the mirrors in them.
 ///
@@ -29,6 +32,9 @@ pub(super) enum Command {
     Render(Box<RenderArgs>),
     Info(InfoArgs),
     Generate(GenerateArgs),
+    Compare(CompareArgs),
+    Sweep(SweepArgs),
+    Tune(TuneArgs),
 }
 
 /// Render a scene or a cloud to a picture, and its camera G-buffer to an EXR.
@@ -174,12 +180,158 @@ pub(super) struct GenerateArgs {
     pub(super) mesh: Option<PathBuf>,
 }
 
+/// Where a measurement runs.
+#[derive(Debug, Args)]
+pub(super) struct WhereArgs {
+    /// Where to render, as in `catoptric render`.
+    #[arg(long, value_enum, default_value_t = BackendName::Auto)]
+    pub(super) backend: BackendName,
+
+    /// The graphics adapter, by a part of its name.
+    #[arg(long, value_name = "NAME")]
+    pub(super) adapter: Option<String>,
+}
+
+/// Render a scene with named settings, side by side with the traced reference of the same points: what each costs and
+/// how well its mirrors show what they ought to.
+#[derive(Debug, Args)]
+#[command(after_help = COMPARE_HELP)]
+pub(super) struct CompareArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+
+    /// Settings to compare, with a name. May be given several times [default: interleaved, guided and ray_trace].
+    #[arg(long = "variant", value_name = "NAME:KEY=VALUE,...")]
+    pub(super) variants: Vec<String>,
+
+    /// What somebody else says of the scene: an .npz archive of what mirrors show, or an .exr picture. May be given several
+    /// times.
+    #[arg(long = "truth", value_name = "FILE")]
+    pub(super) truths: Vec<PathBuf>,
+
+    /// Timed frames of each variant, in turn, after one that is not timed.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(super) repeats: u32,
+
+    /// A folder for report.html, compare.json and the pictures; it is made where it is missing.
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(super) place: WhereArgs,
+}
+
+const COMPARE_HELP: &str = "\
+docs/MEASURING.md says what is measured, and how.
+
+Examples:
+  catoptric compare pointclouds/sphere.toml -o sphere
+  catoptric compare scan.toml --variant few:sscr.points_per_pixel=2 --variant many:sscr.points_per_pixel=20
+  catoptric compare pointclouds/sphere.toml --truth sphere_aov.npz --repeats 3";
+
+/// Render a scene with all combinations of the values of some keys: what each costs and how well its mirrors show what
+/// they ought to, as CSV, JSON lines, plots and a report.
+///
+/// An interrupted sweep goes on where it stopped when the same command is given again.
+#[derive(Debug, Args)]
+#[command(after_help = SWEEP_HELP)]
+pub(super) struct SweepArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+
+    /// A key that --set knows, and the values that it is to have; where values hold commas, `;` separates them. May be
+    /// given several times.
+    #[arg(long, value_name = "KEY=A,B,C")]
+    pub(super) vary: Vec<String>,
+
+    /// Timed frames of each combination, in turn [default: 5].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(super) repeats: Option<u32>,
+
+    /// The folder for sweep.csv, sweep.jsonl, report.html and the plots; it is made where it is missing.
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: PathBuf,
+
+    #[command(flatten)]
+    pub(super) place: WhereArgs,
+}
+
+const SWEEP_HELP: &str = "\
+Instead of a scene there may be a file that says scene, set, vary and repeats: docs/experiments has some.
+
+Examples:
+  catoptric sweep pointclouds/sphere.toml --vary sscr.points_per_pixel=1,2,4,8,16 -o sweep
+  catoptric sweep scan.toml --vary sscr.seed_attempts=0,1,2,4 --vary camera.size=400x300,800x600 -o sweep
+  catoptric sweep docs/experiments/figure_5_4.toml -o figure_5_4";
+
+/// Find the settings to use, on this machine and for this scene: the best mirrors in a given time, or mirrors of a given
+/// quality in the shortest. Prints TOML to paste into the scene, what to expect of it, and what was tried.
+///
+/// Ends with exit status 1 where what is wanted was not reached; the best that was is printed all the same.
+#[derive(Debug, Args)]
+#[command(after_help = TUNE_HELP)]
+pub(super) struct TuneArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+
+    /// Wall time of a frame, milliseconds, that is not to be exceeded.
+    #[arg(
+        long,
+        value_name = "MS",
+        conflicts_with = "quality",
+        allow_hyphen_values = true
+    )]
+    pub(super) budget_ms: Option<f64>,
+
+    /// What mirrors show is to be at least as near to the traced reference as this: PSNR of its albedo, dB.
+    #[arg(long, value_name = "DB", allow_hyphen_values = true)]
+    pub(super) quality: Option<f64>,
+
+    /// The settings that may change [default: reflect.method and those of sscr that trade speed against accuracy].
+    #[arg(long, value_name = "KEY,KEY,...")]
+    pub(super) keys: Option<String>,
+
+    /// How many settings are tried at first; half of them stay on, again and again.
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(4..=1000))]
+    pub(super) candidates: u32,
+
+    #[command(flatten)]
+    pub(super) place: WhereArgs,
+}
+
+const TUNE_HELP: &str = "\
+Examples:
+  catoptric tune pointclouds/sphere.toml --budget-ms 500
+  catoptric tune scan.toml --quality 30 --set reflect.method=sscr --keys sscr.points_per_pixel,sscr.pull_levels";
+
 /// Where to render.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum BackendName {
     Auto,
     Gpu,
     Cpu,
+}
+
+impl WhereArgs {
+    /// The backend that they ask for.
+    pub(super) fn choice(&self) -> Result<BackendChoice, Usage> {
+        backend(self.backend, self.adapter.as_deref())
+    }
+}
+
+/// The backend that the flags ask for.
+pub(super) fn backend(name: BackendName, adapter: Option<&str>) -> Result<BackendChoice, Usage> {
+    match (name, adapter) {
+        (BackendName::Cpu, Some(_)) => Err(Usage(
+            "--adapter names a graphics adapter, which --backend cpu does not use; leave one out"
+                .into(),
+        )),
+        (BackendName::Cpu, None) => Ok(BackendChoice::Cpu),
+        (BackendName::Auto, None) => Ok(BackendChoice::Auto),
+        (BackendName::Gpu, name) | (BackendName::Auto, name @ Some(_)) => {
+            Ok(BackendChoice::Gpu(name.map(str::to_owned)))
+        }
+    }
 }
 
 impl SceneArgs {

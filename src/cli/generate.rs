@@ -6,10 +6,11 @@ use catoptric::cloud::generate::{
     CloudSource, DEFAULT_POINTS, MAX_POINTS, SceneName, generate as generate_cloud, scene_toml,
 };
 use catoptric::cloud::{TriangleMesh, write_ply};
-use catoptric::output::{check_writable, write_atomically};
+use catoptric::output::write_atomically;
 use catoptric::scene::DEFAULT_SEED;
 
 use super::args::GenerateArgs;
+use super::folder::{check_folder, make_folder};
 use super::{Usage, terminal};
 
 /// Writes NAME.ply and NAME.toml.
@@ -42,12 +43,7 @@ pub(super) fn generate(args: &GenerateArgs) -> anyhow::Result<()> {
     check_folder(folder, &[&ply, &toml])?;
 
     let cloud = generate_cloud(name, points, seed, mesh.as_ref(), &job)?;
-    if !folder.as_os_str().is_empty() {
-        std::fs::create_dir_all(folder).map_err(|source| catoptric::Error::Write {
-            path: folder.into(),
-            source,
-        })?;
-    }
+    make_folder(folder)?;
     write_atomically(&ply, |file| {
         write_ply(file, &ply, &cloud, &job).map_err(std::io::Error::other)
     })?;
@@ -56,27 +52,4 @@ pub(super) fn generate(args: &GenerateArgs) -> anyhow::Result<()> {
     drop(progress);
     terminal::say(&format!("wrote {} and {}", ply.display(), toml.display()));
     Ok(())
-}
-
-/// Refuses, before any work, a folder that cannot be made or in which `files` cannot be written.
-fn check_folder(folder: &Path, files: &[&Path]) -> anyhow::Result<()> {
-    let is_empty = |path: &Path| path.as_os_str().is_empty();
-    let nearest = folder
-        .ancestors()
-        .find(|path| !is_empty(path) && path.exists());
-    match nearest {
-        Some(path) if !path.is_dir() => Err(Usage(format!(
-            "--output is a folder to write to, and {} is a file; name another place",
-            path.display()
-        ))
-        .into()),
-        Some(path) if path != folder => Ok(check_writable(&path.join("scene"))?),
-        None if !is_empty(folder) => Ok(check_writable(Path::new("scene"))?),
-        Some(_) | None => {
-            for file in files {
-                check_writable(file)?;
-            }
-            Ok(())
-        }
-    }
 }

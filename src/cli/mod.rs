@@ -6,11 +6,16 @@ use clap::Parser as _;
 use clap::error::ErrorKind;
 
 mod args;
+mod compare;
+mod experiment;
+mod folder;
 mod generate;
 mod info;
 mod outputs;
 mod render;
+mod sweep;
 mod terminal;
+mod tune;
 
 use args::{Cli, Command};
 
@@ -34,6 +39,9 @@ pub(crate) fn run() -> ExitCode {
             Command::Render(args) => render::render(&args),
             Command::Info(args) => info::info(&args),
             Command::Generate(args) => generate::generate(&args),
+            Command::Compare(args) => compare::compare(&args),
+            Command::Sweep(args) => sweep::sweep(&args),
+            Command::Tune(args) => tune::tune(&args),
         },
         Err(refusal) if refusal.use_stderr() => Err(Usage(sentence(&refusal)).into()),
         // Not a refusal: the text of --help or --version.

@@ -16,7 +16,7 @@ use catoptric::renderer::{BackendChoice, Machine, Products, Renderer};
 use catoptric::scene::{LoadedScene, Scene};
 use glam::UVec2;
 
-use super::args::{BackendName, RenderArgs};
+use super::args::{RenderArgs, backend};
 use super::outputs::{Content, Output, check};
 use super::{Usage, terminal};
 
@@ -33,7 +33,7 @@ struct Rendered {
 
 /// Renders, and writes what was asked for.
 pub(super) fn render(args: &RenderArgs) -> anyhow::Result<()> {
-    let choice = backend(args)?;
+    let choice = backend(args.backend, args.adapter.as_deref())?;
     let scene = Scene::open(&args.scene.path, &args.scene.overrides(&args.view)?)?;
     let unnamed = unnamed_picture(args);
     let picture = args.output.as_deref().or(unnamed.as_deref());
@@ -82,20 +82,6 @@ pub(super) fn render(args: &RenderArgs) -> anyhow::Result<()> {
         terminal::say(&format!("wrote {}", path.display()));
     }
     Ok(())
-}
-
-fn backend(args: &RenderArgs) -> Result<BackendChoice, Usage> {
-    match (args.backend, &args.adapter) {
-        (BackendName::Cpu, Some(_)) => Err(Usage(
-            "--adapter names a graphics adapter, which --backend cpu does not use; leave one out"
-                .into(),
-        )),
-        (BackendName::Cpu, None) => Ok(BackendChoice::Cpu),
-        (BackendName::Auto, None) => Ok(BackendChoice::Auto),
-        (BackendName::Gpu, name) | (BackendName::Auto, name @ Some(_)) => {
-            Ok(BackendChoice::Gpu(name.clone()))
-        }
-    }
 }
 
 /// The picture that is written where no output has a name.

@@ -134,6 +134,11 @@ pub fn peak_memory_bytes() -> Option<u64> {
     peak_memory_of(&std::fs::read_to_string("/proc/self/status").ok()?)
 }
 
+/// Lets [`peak_memory_bytes`] count from now on; whether the system could (Linux alone does).
+pub fn restart_peak_memory() -> bool {
+    std::fs::write("/proc/self/clear_refs", "5").is_ok()
+}
+
 /// The peak of resident memory, bytes, in the text of /proc/PID/status, which gives it in KiB.
 fn peak_memory_of(status: &str) -> Option<u64> {
     let value = status
@@ -185,11 +190,13 @@ mod tests {
                     name: "depth".to_owned(),
                     wall_ms: 1.5,
                     gpu_ms: None,
+                    cpu_ms: None,
                 },
                 PassTime {
                     name: "visibility".to_owned(),
                     wall_ms: 2.5,
                     gpu_ms: Some(2.0),
+                    cpu_ms: Some(3.5),
                 },
             ],
             wall_ms: 12.25,
@@ -221,7 +228,7 @@ mod tests {
                 { "stage": "smooth", "state": "if_mirror_seen", "reason": "10 mirror points" },
                 { "stage": "edl", "state": "skip", "reason": "the scene has a light" },
             ],
-            "passes": [{ "name": "depth", "wall_ms": 1.5 }, { "name": "visibility", "wall_ms": 2.5, "gpu_ms": 2.0 }],
+            "passes": [{ "name": "depth", "wall_ms": 1.5 }, { "name": "visibility", "wall_ms": 2.5, "gpu_ms": 2.0, "cpu_ms": 3.5 }],
             "wall_ms": 12.25,
             "peak_memory_bytes": null,
             "gbuffer": { "coverage": 0.75, "coverage_filled": 1.0 },

@@ -177,12 +177,37 @@ impl Scene {
         }
     }
 
+    /// Whether this scene and another have the same points, lights and camera, so that only their settings may differ.
+    pub fn shows_the_same(&self, other: &Self) -> bool {
+        self.clouds == other.clouds
+            && self.mirrors == other.mirrors
+            && self.lights == other.lights
+            && self.camera.sees_as(&other.camera)
+    }
+
     /// Reads the text of the scene file `path`; paths in it are relative to its folder.
     ///
     /// # Errors
     /// As [`Scene::open`].
     pub fn parse(text: &str, path: &Path, overrides: &[Override]) -> Result<Self> {
         read::scene(Node::parse_document(text, path)?, path, overrides)
+    }
+}
+
+impl SceneCamera {
+    fn sees_as(&self, other: &Self) -> bool {
+        let of = |c: &Self| {
+            (
+                c.position,
+                c.target,
+                c.up,
+                c.fov_y_degrees,
+                c.near,
+                c.far,
+                c.size,
+            )
+        };
+        of(self) == of(other)
     }
 }
 
