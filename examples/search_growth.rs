@@ -119,7 +119,7 @@ fn costs(surface: &Surface<Cpu>, surfels: &Arc<Surfels>) -> Result<[f64; 3], Box
         let mut charts = charts(&field, lhc, &job)?;
         let mut prefix = Prefix::default();
         let sample = prefix.sample(TRIED, &surfels.places);
-        shorten(&mut charts, &field, &surfels.places, &sample);
+        shorten(&mut charts, &field, &surfels.places, &sample, &job)?;
         let guide = Guide {
             field: &field,
             charts: &charts,

@@ -63,6 +63,7 @@ struct BeamNode {
 var<workgroup> group_counts: array<atomic<u32>, 4>;
 
 var<private> known: array<vec2f, KNOWN>;
+var<private> known_count: u32;
 var<private> kept: u32;
 var<private> area: u32;
 
@@ -91,17 +92,18 @@ fn map_place(map: u32, direction: vec3f) -> vec2f {
 
 // Appends a root that is not yet known.
 fn keep(root: Root, point: u32, place: vec4f, mirror: bool) {
-    for (var k = 0u; k < min(kept, KNOWN); k++) {
+    for (var k = 0u; k < min(known_count, KNOWN); k++) {
         let apart = known[k] - root.at;
         if apart.x * apart.x + apart.y * apart.y < SAME_ROOT * SAME_ROOT {
             return;
         }
     }
+    known[known_count % KNOWN] = root.at;
+    known_count++;
     // A mirror does not show its own points.
     if mirror && root.distance < params.self_hit * root.spacing {
         return;
     }
-    known[kept % KNOWN] = root.at;
     kept++;
     var reach = root.magnification * (place.w * params.splat_size);
     if root.at_end {

@@ -28,7 +28,14 @@ impl Charted {
         let field = MirrorField::new(surface, &cells).expect("a small picture");
         let mut charts = charts(&field, lhc, &Job::default()).expect("no cancellation");
         let sample: Vec<u32> = (0..surfels.len() as u32).collect();
-        shorten(&mut charts, &field, &surfels.places, &sample);
+        shorten(
+            &mut charts,
+            &field,
+            &surfels.places,
+            &sample,
+            &Job::default(),
+        )
+        .expect("no cancellation");
         Self { field, charts }
     }
 

@@ -1,6 +1,6 @@
 //! What the methods cost, by a model: constants that were measured, no clock, so that the choice is the same every time.
 
-use super::sscr::prefix::{ENOUGH, FIRST};
+use super::sscr::prefix::{Budget, ENOUGH, FIRST};
 use super::sscr::root_find::SearchCounts;
 
 /// Nanoseconds of one core for what a method does. Measured on one core of an AMD EPYC, 2026-11, on the reference scenes;
@@ -25,8 +25,8 @@ mod price {
 pub struct Work {
     /// Points of the cloud.
     pub points: usize,
-    /// Points that the search may take; all where there is no limit.
-    pub limit: usize,
+    /// How many points the search takes.
+    pub budget: Budget,
     /// Pixels of mirrors.
     pub mirror_pixels: u64,
     /// Charts of the mirrors.
@@ -98,12 +98,15 @@ impl Work {
 
     /// Points that the guided search will take: the first part of the cloud that gives enough hits.
     fn points_needed(&self, hits_a_point: f64) -> usize {
+        if let Budget::Points(points) = self.budget {
+            return points.min(self.points);
+        }
         let wanted = ENOUGH * self.mirror_pixels as f64;
         let mut points = FIRST;
-        while points < self.limit && (points as f64 * hits_a_point) < wanted {
+        while points < self.points && (points as f64 * hits_a_point) < wanted {
             points *= 2;
         }
-        points.min(self.limit)
+        points.min(self.points)
     }
 
     /// What both methods take.
@@ -134,7 +137,7 @@ mod tests {
     fn work(charts: usize, steps: u64, mirror_pixels: u64) -> Work {
         Work {
             points: 1_600_000,
-            limit: 1_600_000,
+            budget: Budget::Enough { mirror_pixels },
             mirror_pixels,
             charts,
             sample: SearchCounts {
@@ -153,6 +156,17 @@ mod tests {
         assert!(ball.guided_ms < ball.ray_trace_ms, "{ball:?}");
         let sheet = work(1000, 300, 43_000).estimate();
         assert!(sheet.guided_ms > sheet.ray_trace_ms, "{sheet:?}");
+    }
+
+    #[test]
+    fn a_number_of_points_that_is_asked_for_is_priced() {
+        let few = work(1, 3, 43_000);
+        let all = Work {
+            budget: Budget::Points(1_600_000),
+            ..few
+        };
+        let [few, all] = [few, all].map(|w| w.estimate().guided_ms);
+        assert!(all > 3.0 * few, "{all} ms for all, {few} ms for enough");
     }
 
     #[test]

@@ -28,7 +28,8 @@ setting_choice! {
         Sscr = "sscr",
         /// The reference: for every mirror pixel the reflected ray is traced through all points.
         RayTrace = "ray_trace",
-        /// The guided search or traced rays, whichever a model of their cost says is cheaper for the mirrors in the picture.
+        /// The guided search (whatever `sscr.search` says) or traced rays, whichever a model of their cost says is cheaper for
+        /// the mirrors in the picture.
         Auto = "auto",
     }
 }

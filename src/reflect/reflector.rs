@@ -62,10 +62,18 @@ struct Found<B: Backend> {
 }
 
 /// The guided search of a picture, fitted to its cloud.
-struct Guided {
+struct Guided<'a> {
+    field: &'a MirrorField,
     charts: Vec<Chart>,
     /// What the search of a few points came to.
     sample: SearchCounts,
+}
+
+impl Guided<'_> {
+    /// Mirror pixels that can be searched: cells of charts.
+    fn mirror_pixels(&self) -> u64 {
+        self.charts.iter().map(|chart| chart.cells).sum()
+    }
 }
 
 impl Reflector {
@@ -90,12 +98,12 @@ impl Reflector {
             }
             (None, _) | (_, Method::RayTrace) => None,
         };
-        let choice = self.choose(cloud, guided.as_ref(), settings);
+        let choice = Self::choose(cloud, guided.as_ref(), settings);
 
         let found = match (choice.method, &guided) {
             (Chosen::RayTrace, _) => None,
             (Chosen::Guided, Some(guided)) => {
-                Some(self.search_guided(backend, cloud, &mirrors, guided, settings, job)?)
+                Some(self.search_guided(backend, cloud, guided, settings, job)?)
             }
             (Chosen::Guided | Chosen::Interleaved, _) => {
                 let labelled = LabelledMirrors {
@@ -170,8 +178,11 @@ impl Reflector {
         let cells = backend.curvature(&surface, axes, &settings.lhc, job)?;
         let cells = backend.take(cells)?;
         let labeller = &mut self.labeller;
-        let guided =
-            settings.sscr.search == Search::Guided || settings.reflect.method == Method::Auto;
+        let guided = match settings.reflect.method {
+            Method::Auto => true,
+            Method::Sscr => settings.sscr.search == Search::Guided,
+            Method::RayTrace => false,
+        };
         let mut field = None;
         let lhc = if guided {
             let (smooth, classes) = backend.mirror_field(&surface, &cells, job)?;
@@ -194,31 +205,34 @@ impl Reflector {
     }
 
     /// The charts of the mirrors, and how a few points fare on them.
-    fn chart<B: Backend>(
+    fn chart<'a, B: Backend>(
         &mut self,
         backend: &mut B,
         cloud: &Cloud<B>,
-        field: &MirrorField,
+        field: &'a MirrorField,
         settings: &Settings,
         job: &Job,
-    ) -> Result<Guided> {
+    ) -> Result<Guided<'a>> {
         let surfels = &cloud.surfels;
         let sample = Self::prefix(&mut self.prefix, surfels).sample(TRIED, &surfels.places);
         let lhc = self.labeller.map();
         backend.timings().time("charts", || {
             let mut charts = charts(field, lhc, job)?;
-            shorten(&mut charts, field, &surfels.places, &sample);
+            shorten(&mut charts, field, &surfels.places, &sample, job)?;
             let guide = guide(field, &charts, settings);
             let (_, sample) = guide.search(surfels, &sample, job)?;
-            Ok(Guided { charts, sample })
+            Ok(Guided {
+                field,
+                charts,
+                sample,
+            })
         })
     }
 
     /// The method to take, and why.
     fn choose<B: Backend>(
-        &self,
         cloud: &Cloud<B>,
-        guided: Option<&Guided>,
+        guided: Option<&Guided<'_>>,
         settings: &Settings,
     ) -> Choice {
         let asked = |method| Choice {
@@ -231,13 +245,10 @@ impl Reflector {
             (Method::Sscr, Some(_)) => asked(Chosen::Guided),
             (Method::Auto, Some(guided)) => {
                 let points = cloud.surfels.len();
-                let mirror_pixels = self.mirror_pixels();
+                let mirror_pixels = guided.mirror_pixels();
                 let work = Work {
                     points,
-                    limit: match settings.sscr.budget(mirror_pixels) {
-                        Budget::Points(limit) => limit.min(points),
-                        Budget::Enough { .. } => points,
-                    },
+                    budget: settings.sscr.budget(mirror_pixels),
                     mirror_pixels,
                     charts: guided.charts.len(),
                     sample: guided.sample,
@@ -248,27 +259,21 @@ impl Reflector {
         }
     }
 
-    /// Pixels of all regions.
-    fn mirror_pixels(&self) -> u64 {
-        let regions = &self.labeller.map().regions;
-        regions.iter().map(|r| u64::from(r.pixels)).sum()
-    }
-
     /// The guided search of as many points as the mirrors need.
     fn search_guided<B: Backend>(
         &mut self,
         backend: &mut B,
         cloud: &Cloud<B>,
-        mirrors: &Mirrors<B>,
-        guided: &Guided,
+        guided: &Guided<'_>,
         settings: &Settings,
         job: &Job,
     ) -> Result<Found<B>> {
-        let Some(field) = &mirrors.field else {
-            unreachable!("charts are made of a field");
+        let guide = guide(guided.field, &guided.charts, settings);
+        let budget = if guided.charts.is_empty() {
+            Budget::Points(0)
+        } else {
+            settings.sscr.budget(guided.mirror_pixels())
         };
-        let guide = guide(field, &guided.charts, settings);
-        let budget = settings.sscr.budget(self.mirror_pixels());
         let prefix = Self::prefix(&mut self.prefix, &cloud.surfels);
         let (hits, counts, searched) =
             backend.guided(&cloud.points, &guide, prefix, budget, job)?;

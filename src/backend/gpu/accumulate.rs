@@ -14,6 +14,7 @@ use crate::error::Result;
 use crate::gbuffer::visibility::Sums;
 use crate::job::Job;
 use crate::reflect::MirrorGBuffer;
+use crate::reflect::sscr::accumulate::LARGEST_REACH;
 use crate::reflect::sscr::{Splatting, Visibility};
 
 gpu_struct! {
@@ -118,6 +119,9 @@ impl Splats<'_> {
     }
 }
 
+/// Pixels of the largest splat.
+const LARGEST_AREA: f32 = (2.0 * LARGEST_REACH + 1.0) * (2.0 * LARGEST_REACH + 1.0);
+
 impl Gpu {
     /// Passes `hit_depth`, `hit_visibility` and `hit_average`.
     pub(super) fn run_accumulate(
@@ -139,7 +143,7 @@ impl Gpu {
             bytes: size_of::<Sums>() as u64,
             steps: 1,
         };
-        let fragments = hits.area * splatting.enlarged.max(1.0).powi(2);
+        let fragments = (hits.area * splatting.enlarged.max(1.0).powi(2)).min(LARGEST_AREA);
         let in_time = STEPS / (fragments as u64 * FRAGMENT_COST).max(1);
         let splats = Splats {
             hits,

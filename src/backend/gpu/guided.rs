@@ -3,10 +3,10 @@
 //! Fields and charts are made on the processor: a picture's mirrors are read back for them, and their tables go to the
 //! device.
 
-use glam::{UVec2, Vec2, Vec3};
+use glam::{UVec2, Vec2, Vec3, Vec4};
 
 use super::buffers::{Binding, Buffer, STORAGE};
-use super::kernel::{Kernel, Pass, Threads};
+use super::kernel::{Kernel, POINT_GROUP, Pass, Threads};
 use super::layout::{gpu_layout, gpu_struct};
 use super::shaders::GUIDED;
 use super::{Gpu, GpuGrid, GpuHits, GpuPoints};
@@ -92,8 +92,11 @@ const CHILDREN: u32 = 0;
 const LEAF: u32 = 1;
 const MAP: u32 = 2;
 
-/// Points of one dispatch: none runs much longer than 100 ms, also on trees.
+/// Points of one dispatch: none runs much longer than 100 ms, also on trees; of fewer where there are many charts.
 const CHUNK: u32 = 1 << 14;
+
+/// Charts that halve the points of a dispatch.
+const MANY_CHARTS: u32 = 512;
 
 /// Counters of a dispatch: points with hits, hits, steps, and the area of splats.
 const COUNTERS: usize = 4;
@@ -150,7 +153,7 @@ fn node(beam: &Beam, kind: u32, first: usize, count: u32, start: Vec2) -> BeamNo
 }
 
 /// The charts as the device reads them: a node each, then the nodes of their trees; and the maps of those that have one.
-fn tables(guide: &Guide<'_>) -> (Vec<BeamNode>, Vec<[f32; 4]>) {
+fn tables(guide: &Guide<'_>) -> (Vec<BeamNode>, Vec<Vec4>) {
     let (mut nodes, mut trees, mut seeds) = (Vec::new(), Vec::new(), Vec::new());
     let charts = guide.charts.len();
     for chart in guide.charts {
@@ -161,9 +164,9 @@ fn tables(guide: &Guide<'_>) -> (Vec<BeamNode>, Vec<[f32; 4]>) {
                 seeds.extend([right.extend(map.scale()), up.extend(0.0), axis.extend(0.0)]);
                 let pairs = map.places().chunks(2);
                 seeds.extend(pairs.map(|p| match *p {
-                    [a, b] => glam::Vec4::new(a.x, a.y, b.x, b.y),
+                    [a, b] => Vec4::new(a.x, a.y, b.x, b.y),
                     [a] => a.extend(0.0).extend(0.0),
-                    _ => glam::Vec4::ZERO,
+                    _ => Vec4::ZERO,
                 }));
             }
             Seeds::Tree(tree) => {
@@ -187,7 +190,7 @@ fn tables(guide: &Guide<'_>) -> (Vec<BeamNode>, Vec<[f32; 4]>) {
         }
     }
     nodes.extend(trees);
-    (nodes, seeds.iter().map(|v| v.to_array()).collect())
+    (nodes, seeds)
 }
 
 impl Gpu {
@@ -293,7 +296,8 @@ impl Gpu {
         let limits = self.device.limits.clone();
         let most = u64::from(GpuHits::band_limit(&limits));
         let (mut counts, mut rest) = (SearchCounts::default(), order);
-        let (mut batch, mut expected) = (order.len(), EXPECTED_HITS);
+        let listed_indices = (limits.max_storage_buffer_binding_size / 4) as usize;
+        let (mut batch, mut expected) = (order.len().min(listed_indices), EXPECTED_HITS);
         while !rest.is_empty() && !tables.is_empty() {
             let now = &rest[..batch.clamp(1, rest.len())];
             let least = ((now.len() as f64 * expected) as u64 + u64::from(CHUNK)).min(most);
@@ -332,15 +336,17 @@ impl Gpu {
         job: &Job,
     ) -> Result<Batch> {
         let indices = self.table("the order of the points", order)?;
-        let chunks = order.len().div_ceil(CHUNK as usize) * points.bands.len();
+        let points_each = CHUNK / (1 + tables.params.chart_count / MANY_CHARTS);
+        let points_each = points_each.max(POINT_GROUP);
+        let chunks = order.len().div_ceil(points_each as usize) * points.bands.len();
         let mut values = vec![0u32; 1 + COUNTERS * chunks];
         values[0] = listed;
         let counters = self.table("counting hits", &values)?;
         let mut pass = Pass::new(GUIDED.name, &self.device, &self.pool, self.stamps.as_ref());
         let (mut chunk, mut band_start) = (0, 0);
         for band in &points.bands {
-            for first in (0..order.len() as u32).step_by(CHUNK as usize) {
-                let end = (first + CHUNK).min(order.len() as u32);
+            for first in (0..order.len() as u32).step_by(points_each as usize) {
+                let end = (first + points_each).min(order.len() as u32);
                 let params = GuidedParams {
                     first,
                     end,

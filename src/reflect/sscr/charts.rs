@@ -16,6 +16,9 @@ use crate::job::Job;
 /// Regions of fewer pixels join a neighbour.
 pub const LEAST_PIXELS: u32 = 48;
 
+/// Charts of fewer cells have no direction map: it would be larger than their trees, and hardly faster.
+const LEAST_CELLS: usize = 256;
+
 /// Cells of a direction map along each axis.
 pub const MAP_SIDE: usize = 32;
 
@@ -47,7 +50,9 @@ pub struct Chart {
     pub beam: Beam,
     /// Where searches start.
     pub seeds: Seeds,
-    /// Where they could start instead of in a tree's tiles, if the map then misses nothing.
+    /// Its cells.
+    pub cells: u64,
+    /// Where searches could start instead of in a tree's tiles, if the map then misses nothing.
     pub(super) shortcut: Option<DirectionMap>,
 }
 
@@ -66,8 +71,7 @@ impl DirectionMap {
             scale: half / radius,
             places: vec![Vec2::NAN; MAP_SIDE * MAP_SIDE],
         };
-        let (first, _) = samples.first()?;
-        map.places[0] = *first;
+        samples.first()?;
         for (place, direction) in samples {
             let cell = map.cell(*direction);
             map.places[cell] = *place;
@@ -161,19 +165,21 @@ impl Chart {
             .filter(|&(x, y)| of_chart(x, y) && field.is_whole(x, y))
             .collect();
         let beam = Beam::around(cells.iter().flat_map(|&(x, y)| corners(field, x, y)));
-        let samples: Vec<(Vec2, Vec3)> = cells
-            .iter()
-            .filter_map(|&(x, y)| {
-                Some((
-                    Vec2::new(x as f32 + 0.5, y as f32 + 0.5),
-                    field.texel(x, y)?.1,
-                ))
-            })
-            .collect();
+        let shortcut = if cells.len() >= LEAST_CELLS {
+            let sample = |&(x, y): &(u32, u32)| {
+                let place = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                Some((place, field.texel(x, y)?.1))
+            };
+            let samples: Vec<(Vec2, Vec3)> = cells.iter().filter_map(sample).collect();
+            DirectionMap::new(&beam, &samples)
+        } else {
+            None
+        };
         Some(Self {
             beam,
             seeds: Seeds::Tree(BeamTree::new(field, &cells)?),
-            shortcut: DirectionMap::new(&beam, &samples),
+            cells: cells.len() as u64,
+            shortcut,
         })
     }
 }

@@ -24,7 +24,7 @@ pub const SAME_ROOT: f32 = 0.3;
 const GROUP: usize = 8;
 
 /// Groups a task.
-const CHUNK: usize = 256;
+const CHUNK: usize = 16;
 
 /// How much farther splats reach beside the mirror's outline, pixels: its outermost pixels' rays turn away faster than the
 /// slopes within it tell. Which pixels a splat covers is decided by their own rays.
@@ -162,13 +162,23 @@ const LEAST_TRIED: u32 = 24;
 const FOUND_BY_MAP: f32 = 0.985;
 
 /// Lets charts go without their trees where the direction maps alone find what the trees do, as the points `sample` tell.
-pub fn shorten(charts: &mut [Chart], field: &MirrorField, places: &[Place], sample: &[u32]) {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn shorten(
+    charts: &mut [Chart],
+    field: &MirrorField,
+    places: &[Place],
+    sample: &[u32],
+    job: &Job,
+) -> Result<()> {
     let positions: Vec<Vec3> = (sample.iter().take(TRIED))
         .filter_map(|&index| places.get(index as usize).map(|p| p.position))
         .collect();
-    charts.par_iter_mut().for_each(|chart| {
+    charts.par_iter_mut().try_for_each(|chart| {
+        job.check()?;
         let (Some(map), Seeds::Tree(tree)) = (&chart.shortcut, &chart.seeds) else {
-            return;
+            return Ok(());
         };
         let (mut by_tree, mut by_map) = (0u32, 0u32);
         let mut walk = Walk::default();
@@ -190,13 +200,13 @@ pub fn shorten(charts: &mut [Chart], field: &MirrorField, places: &[Place], samp
                 by_map += u32::from(roots.iter().any(same));
             }
         }
-        if by_tree >= LEAST_TRIED
-            && by_map as f32 >= FOUND_BY_MAP * by_tree as f32
-            && let Some(map) = chart.shortcut.take()
-        {
-            chart.seeds = Seeds::Map(map);
+        let enough = by_map as f32 >= FOUND_BY_MAP * by_tree as f32;
+        match chart.shortcut.take() {
+            Some(map) if by_tree >= LEAST_TRIED && enough => chart.seeds = Seeds::Map(map),
+            Some(_) | None => {}
         }
-    });
+        Ok(())
+    })
 }
 
 /// A search from where a chart reflects in the direction of the point.

@@ -25,6 +25,8 @@ pub struct Prefix {
     order: Vec<u32>,
     /// Where each part that is in order ends.
     ends: Vec<usize>,
+    /// Points of the first part, along a curve: samples are of these, whatever the limit.
+    first: Option<Vec<u32>>,
     /// Points that are searched at most: the last part is a sample of its own, no piece of a curve.
     limit: Option<usize>,
 }
@@ -59,8 +61,9 @@ impl Prefix {
 
     /// A sample of the first part, evenly spread.
     pub fn sample(&mut self, count: usize, places: &[Place]) -> Vec<u32> {
-        let part = self.part(0, places);
-        let part = &self.order[part];
+        let part = self.first.get_or_insert_with(|| {
+            along_curve(places.get(..FIRST.min(places.len())).unwrap_or_default())
+        });
         let step = (part.len() / count.max(1)).max(1);
         part.iter().step_by(step).copied().collect()
     }
@@ -84,6 +87,7 @@ impl Prefix {
         if limit != self.limit {
             *self = Self {
                 limit,
+                first: self.first.take(),
                 ..Self::default()
             };
         }
@@ -151,6 +155,23 @@ mod tests {
             all.iter().copied().eq(0..count as u32),
             "all, where nothing is found"
         );
+    }
+
+    #[test]
+    fn a_sample_does_not_depend_on_what_was_searched_before() {
+        let places = places(10_000);
+        let mut prefix = Prefix::default();
+        let before = prefix.sample(100, &places);
+        let (nothing, timings) = (Budget::Points(0), &mut Timings::default());
+        let counted = prefix.grow(
+            &places,
+            nothing,
+            timings,
+            |_, _| Ok(SearchCounts::default()),
+        );
+        assert_eq!(counted.map(|c| c.1).ok(), Some(0));
+        assert_eq!(before.len(), 100);
+        assert_eq!(prefix.sample(100, &places), before);
     }
 
     #[test]

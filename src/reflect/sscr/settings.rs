@@ -28,7 +28,7 @@ setting_choice! {
 setting_choice! {
     /// Which of the points found in a mirror pixel it shows.
     pub enum Visibility {
-        /// All that lie within `sscr.depth_offset` behind the nearest, averaged.
+        /// All that lie within `sscr.depth_offset` ("guided": `splat.depth_tolerance`) behind the nearest, averaged.
         Accumulate = "accumulate",
         /// The nearest alone.
         Nearest = "nearest",
@@ -118,39 +118,39 @@ settings_group! {
         /// Points searched per mirror pixel by "guided", of the shuffled cloud; 0 takes as many as the mirrors need, in
         /// doublings, until they hold four hits a pixel. Fewer blur and cost less, in proportion.
         points_per_pixel: f32 = 0.0, 0.0..=100000.0, "points";
-        /// How many more random pixels of the region's box are tried for each of the two places where a search starts, if
+        /// Of "interleaved": How many more random pixels of the region's box are tried for each of the two places where a search starts, if
         /// the first lies outside of the region. The first two gain most [Preiner 2010, figure 5.4]: the sphere's hit rate
         /// is 24, 34, 36 and 37 % for 0, 1, 2 and 4.
         seed_attempts: u32 = 4, 0..=64, "attempts";
-        /// How often a step that leaves the region is halved before the point is given up. The first two gain most
+        /// Of "interleaved": How often a step that leaves the region is halved before the point is given up. The first two gain most
         /// [Preiner 2010, figure 5.5]: the torus's hit rate is 6, 10, 12 and 13 % for 0, 1, 2 and 4.
         step_attempts: u32 = 2, 0..=64, "attempts";
-        /// Steps of a search at most. 10 lose points, more than 20 find hardly any more; cost grows with the points that no
+        /// Of "interleaved": Steps of a search at most. 10 lose points, more than 20 find hardly any more; cost grows with the points that no
         /// mirror shows.
         max_steps: u32 = 24, 1..=1000, "steps";
-        /// First step, along x and y, as a fraction of the region's box [Preiner 2010, section 3.4 and figure 5.2].
+        /// Of "interleaved": First step, along x and y, as a fraction of the region's box [Preiner 2010, section 3.4 and figure 5.2].
         /// Large ones leave narrow regions, small ones take longer: half the speed at 0.02.
         initial_step: f32 = 0.2, 0.001..=0.5, "x box";
-        /// Distance of the last two steps below which the point between them is taken. More finds more points, less
+        /// Of "interleaved": Distance of the last two steps below which the point between them is taken. More finds more points, less
         /// exactly: 2 to 4 for the thesis's mirrors [Preiner 2010, figures 3.17 and 5.2].
         threshold: f32 = 2.0, 0.1..=64.0, "pixels";
-        /// How the points are shared out among the regions [Preiner 2010, section 3.6]. "uniform" starves large regions
+        /// Of "interleaved": How the points are shared out among the regions [Preiner 2010, section 3.6]. "uniform" starves large regions
         /// where there are many small ones.
         distribution: Distribution = Distribution::Weighted;
-        /// How often all points are shared out, each time to other regions [Preiner 2010, section 5.6]. Mirrors of many
+        /// Of "interleaved": How often all points are shared out, each time to other regions [Preiner 2010, section 5.6]. Mirrors of many
         /// regions get denser; cost grows in proportion.
         passes: u32 = 1, 1..=16, "passes";
         /// Which of the points found in a mirror pixel it shows [Preiner 2010, section 3.7 and figure 3.29].
         visibility: Visibility = Visibility::Accumulate;
-        /// Size of a splat in the mirror at distance 0; it falls linearly to 1 at `sscr.mirror_far`. Larger ones leave
+        /// Of "interleaved": Size of a splat in the mirror at distance 0; it falls linearly to 1 at `sscr.mirror_far`. Larger ones leave
         /// fewer holes and smear [Preiner 2010, section 3.6 and figure 3.27]; cost grows with the square.
         max_splat: f32 = 2.0, 1.0..=64.0, "pixels";
-        /// Distance from the mirror from which on splats are 1 pixel [Preiner 2010, section 3.6].
+        /// Of "interleaved": Distance from the mirror from which on splats are 1 pixel [Preiner 2010, section 3.6].
         mirror_far: f32 = 1.0, 0.001..=1000.0, "x scene diagonal";
-        /// Depth by which a point may lie behind the nearest of its mirror pixel and still be averaged with it
+        /// Of "interleaved": Depth by which a point may lie behind the nearest of its mirror pixel and still be averaged with it
         /// [Preiner 2010, section 4.5.3]. Mirrors that shrink what they show need more, or show only what is nearest.
         depth_offset: f32 = 14.0, 0.0..=10000.0, "x spacing";
-        /// Points nearer to the mirror than this are its own, and dropped: a few would hide all that the mirror shows
+        /// Points ("guided": mirror points) nearer to the mirror than this are its own, and dropped: a few would hide all that the mirror shows
         /// (they cost 9 dB on the parabola).
         self_hit: f32 = 5.0, 0.0..=10000.0, "x spacing";
         /// How holes in the mirrors are closed.
