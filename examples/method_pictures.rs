@@ -8,6 +8,7 @@ use std::path::Path;
 
 use catoptric::Job;
 use catoptric::image::{picture, srgb_from_linear};
+use catoptric::reflect::sscr::Search;
 use catoptric::reflect::sscr::curvature::{
     Axes, CONCAVE, CONVEX, PLANAR, X_CLASS, X_STEP, Y_CLASS, Y_SHIFT, Y_STEP, curvature,
 };
@@ -35,7 +36,7 @@ fn main() -> Outcome<()> {
     let folder = std::env::args().nth(1);
     let folder = Path::new(folder.as_deref().unwrap_or("docs/pictures"));
     std::fs::create_dir_all(folder)?;
-    let rows: [(&str, Row); 9] = [
+    let rows: [(&str, Row); 10] = [
         ("splat", splats),
         ("fill", fillings),
         ("smooth", smoothings),
@@ -43,6 +44,7 @@ fn main() -> Outcome<()> {
         ("edl", edges),
         ("lhc", regions),
         ("root_find", searches),
+        ("guided", guided),
         ("accumulate", accumulations),
         ("ray_trace", methods),
     ];
@@ -71,7 +73,9 @@ impl Stage {
              [settings.image]\nexposure = 4\n",
             if lit { light } else { "" }
         );
-        let scene = Scene::parse(&text, Path::new("pictures.toml"), &[])?;
+        let mut scene = Scene::parse(&text, Path::new("pictures.toml"), &[])?;
+        scene.settings.sscr.search = Search::Interleaved;
+        scene.settings.gi.vpl_count = 0;
         let loaded = scene.load(&Job::default())?;
         let renderer = Renderer::new(&BackendChoice::Cpu, &loaded.surfels)?;
         Ok(Self {
@@ -298,15 +302,35 @@ fn accumulations() -> Outcome<Panels> {
     Ok(vec![found, levels, reflected(&closed)])
 }
 
+/// The charts of a dented ball, what it shows by the guided search before closing, and how that differs from traced rays.
+fn guided() -> Outcome<Panels> {
+    let mut stage = Stage::new("blob", 1_600_000, 31.0, true)?;
+    let products = stage.render(|s| {
+        s.sscr.search = Search::Guided;
+        s.sscr.pull_levels = 0;
+    })?;
+    let mirror = products.mirror.as_ref().ok_or("no mirror is seen")?;
+    let charts = panel(|i| of_number(mirror.region.values()[i]));
+    let searched = reflected(&products);
+    let traced = stage.mirrors(|s| s.reflect.method = Method::RayTrace)?;
+    let difference = difference(&searched, &traced);
+    Ok(vec![charts, searched, difference])
+}
+
+/// How far two panels are apart in each channel.
+fn difference(a: &RgbImage, b: &RgbImage) -> RgbImage {
+    RgbImage::from_fn(SIDE, SIDE, |x, y| {
+        let (a, b) = (a.get_pixel(x, y).0, b.get_pixel(x, y).0);
+        image::Rgb([0, 1, 2].map(|c| a[c].abs_diff(b[c])))
+    })
+}
+
 /// The search, the traced reference, and their difference.
 fn methods() -> Outcome<Panels> {
     let mut stage = Stage::new("torus", 1_600_000, 31.0, true)?;
     let searched = stage.mirrors(|_| ())?;
     let traced = stage.mirrors(|s| s.reflect.method = Method::RayTrace)?;
-    let difference = RgbImage::from_fn(SIDE, SIDE, |x, y| {
-        let (a, b) = (searched.get_pixel(x, y).0, traced.get_pixel(x, y).0);
-        image::Rgb([0, 1, 2].map(|c| a[c].abs_diff(b[c])))
-    });
+    let difference = difference(&searched, &traced);
     Ok(vec![searched, traced, difference])
 }
 

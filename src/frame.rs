@@ -6,7 +6,7 @@ use crate::backend::{Backend, Cloud, LitBy};
 use crate::camera::Pinhole;
 use crate::error::Result;
 use crate::gbuffer::{Coverage, GBuffer};
-use crate::gi::SpotLight;
+use crate::gi::{Illuminator, IndirectSources, SpotLight, vpl_pinhole};
 use crate::grid::Grid;
 use crate::job::Job;
 use crate::measure::BounceReport;
@@ -58,6 +58,23 @@ impl View {
             .max((light.position - max).abs());
         (farthest.length() * 1.01).max(f32::MIN_POSITIVE * 1e10)
     }
+
+    /// The lights, with the projections through which their virtual point lights are drawn.
+    fn vpl_lights(&self) -> Vec<(SpotLight, Pinhole)> {
+        let lights = self.lights.iter();
+        lights
+            .map(|light| (*light, vpl_pinhole(light, self.reach(light))))
+            .collect()
+    }
+}
+
+/// Stages that keep working memory between frames.
+#[derive(Debug, Default)]
+pub struct Stages {
+    /// What mirrors show.
+    pub reflector: Reflector,
+    /// Indirect light.
+    pub illuminator: Illuminator,
 }
 
 /// Renders one frame.
@@ -66,7 +83,7 @@ impl View {
 /// What the backend meets, or [`crate::Error::Cancelled`].
 pub fn frame<B: Backend>(
     backend: &mut B,
-    reflector: &mut Reflector,
+    stages: &mut Stages,
     cloud: &Cloud<B>,
     view: &View,
     plan: &Plan,
@@ -88,9 +105,18 @@ pub fn frame<B: Backend>(
     if plan.runs(Stage::Smooth, coverage.mirror > 0) {
         backend.smooth(&mut gbuffer, &settings.splat, job)?;
     }
+    let (mut mirror, mut bounces) = (None, Vec::new());
+    if plan.runs(Stage::Reflect, coverage.mirror > 0) {
+        let reflector = &mut stages.reflector;
+        let diagonal = view.diagonal();
+        let (seen, report) =
+            reflector.reflect(backend, cloud, &gbuffer, diagonal, settings, job)?;
+        mirror = Some(seen);
+        bounces.push(report);
+    }
     job.progress("lighting", 0, 0)?;
     let mut lights = Vec::new();
-    let mut radiance = if plan.runs(Stage::Shade, coverage.mirror > 0) {
+    let (mut radiance, mut shown) = if plan.runs(Stage::Shade, true) {
         lights.reserve(view.lights.len());
         for light in &view.lights {
             let map = light.pinhole(settings.gi.light_map_size, view.reach(light));
@@ -99,24 +125,41 @@ pub fn frame<B: Backend>(
                 map: backend.light_map(points, &map, &settings.splat, job)?,
             });
         }
-        backend.shade(&gbuffer, &lights, &settings.gi, job)?
-    } else {
-        backend.edl(&gbuffer, &settings.image, job)?
-    };
-    let (mut mirror, mut bounces) = (None, Vec::new());
-    if plan.runs(Stage::Reflect, coverage.mirror > 0) {
-        let (seen, report) =
-            reflector.reflect(backend, cloud, &gbuffer, view.diagonal(), settings, job)?;
-        let shown = if plan.runs(Stage::Shade, true) {
-            Some(backend.shade_mirror(&seen, &lights, &settings.gi, job)?)
-        } else {
-            None
+        let radiance = backend.shade(&gbuffer, &lights, &settings.gi, job)?;
+        let shown = match &mirror {
+            Some(mirror) => Some(backend.shade_mirror(mirror, &lights, &settings.gi, job)?),
+            None => None,
         };
-        backend.blend(&mut radiance, &gbuffer, &seen, shown.as_ref(), job)?;
-        mirror = Some(seen);
-        bounces.push(report);
+        (radiance, shown)
+    } else {
+        (backend.edl(&gbuffer, &settings.image, job)?, None)
+    };
+    if plan.runs(Stage::Indirect, true) {
+        let mut receivers = vec![backend.receivers(&gbuffer, job)?];
+        if let Some(mirror) = &mirror {
+            receivers.push(backend.mirror_receivers(mirror, job)?);
+        }
+        let sources = IndirectSources {
+            lights: &view.vpl_lights(),
+            has_mirrors: plan.runs(Stage::Reflect, true),
+            splat: &settings.splat,
+            gi: &settings.gi,
+        };
+        let illuminator = &mut stages.illuminator;
+        let indirect = illuminator.indirect(backend, cloud, &sources, receivers, job)?;
+        let albedos = [Some(&gbuffer.albedo), mirror.as_ref().map(|m| &m.albedo)];
+        let radiances = [Some(&mut radiance), shown.as_mut()];
+        for ((light, albedo), radiance) in indirect.iter().zip(albedos).zip(radiances) {
+            if let (Some(albedo), Some(radiance)) = (albedo, radiance) {
+                backend.add_indirect(albedo, light, &settings.gi, radiance, job)?;
+            }
+        }
+    }
+    if let Some(mirror) = &mirror {
+        backend.blend(&mut radiance, &gbuffer, mirror, shown.as_ref(), job)?;
     }
     let search_heat = if plan.runs(Stage::SearchHeat, coverage.mirror > 0) {
+        let reflector = &mut stages.reflector;
         Some(reflector.search_heat(backend, cloud, &gbuffer, settings, job)?)
     } else {
         None

@@ -6,6 +6,7 @@ use crate::cloud::require_memory;
 use crate::error::Result;
 use crate::gbuffer::average::Pixel;
 use crate::gbuffer::visibility::Sums;
+use crate::gi::vpl::VPL_MAP_SIDE;
 use crate::output::OutputKind;
 use crate::plan::{Plan, Stage};
 use crate::reflect::sscr::heat::HeatSums;
@@ -26,6 +27,15 @@ const REFLECTING: u64 = 2 * VECTOR + 16 + (size_of::<Pixel>() as u64 + VECTOR) *
 
 /// A pixel while a device splats: its key, count and sums.
 const SPLATTING: u64 = 8 + size_of::<Sums>() as u64;
+
+/// A pixel of a picture that receives indirect light: who receives it, and what was gathered.
+const RECEIVING: u64 = 5 * VECTOR;
+
+/// A pixel while what was gathered is merged.
+const MERGING: u64 = 2 * VECTOR;
+
+/// The shadow maps of a batch of virtual lights, and the tree for light by way of mirrors.
+const INDIRECT: u64 = 160 << 20;
 
 /// Working memory that does not grow with the picture.
 const SPARE: u64 = 64 << 20;
@@ -51,8 +61,8 @@ pub(crate) struct Rendering<'a> {
 }
 
 impl Rendering<'_> {
-    /// Bytes of main memory, at the worst moment: what the frame leaves, and the larger of what mirrors take on the way
-    /// and what encoding the largest output takes.
+    /// Bytes of main memory, at the worst moment: what the frame leaves, and the largest of what mirrors take on the way,
+    /// what indirect light takes, and what encoding the largest output takes.
     fn bytes(&self, grids: GridsIn) -> u64 {
         let pixels = u64::from(self.size.x) * u64::from(self.size.y);
         let maps = if self.plan.runs(Stage::LightDepth, true) {
@@ -84,11 +94,18 @@ impl Rendering<'_> {
             0
         };
         let reflecting = if reflects { pixels * REFLECTING } else { 0 };
+        let indirect = if self.plan.runs(Stage::Indirect, true) {
+            let pictures = if reflects { 2 } else { 1 };
+            let seen = u64::from(VPL_MAP_SIDE).pow(2) * 3 * VECTOR * self.lights as u64;
+            pixels * (pictures * RECEIVING + MERGING) + seen + INDIRECT
+        } else {
+            0
+        };
         let encoding = (self.outputs.iter())
             .map(|output| pixels * output.bytes_per_pixel())
             .max()
             .unwrap_or(0);
-        SPARE + frame + held + heat + reflecting.max(encoding)
+        SPARE + frame + held + heat + reflecting.max(encoding).max(indirect)
     }
 
     /// [`crate::Error::Memory`] where the picture would not fit.
@@ -104,8 +121,20 @@ mod tests {
     use crate::output::PictureFormat;
     use crate::plan::SceneFacts;
 
+    /// Under direct light alone.
     fn bytes(size: UVec2, mirror_points: u64, outputs: &[OutputKind], grids: GridsIn) -> u64 {
-        let settings = Settings::default();
+        let mut settings = Settings::default();
+        settings.gi.vpl_count = 0;
+        bytes_with(&settings, size, mirror_points, outputs, grids)
+    }
+
+    fn bytes_with(
+        settings: &Settings,
+        size: UVec2,
+        mirror_points: u64,
+        outputs: &[OutputKind],
+        grids: GridsIn,
+    ) -> u64 {
         let facts = SceneFacts {
             points: 100,
             mirror_points,
@@ -114,8 +143,8 @@ mod tests {
         let rendering = Rendering {
             size,
             lights: 1,
-            plan: &Plan::new(&facts, &settings),
-            settings: &settings,
+            plan: &Plan::new(&facts, settings),
+            settings,
             outputs,
         };
         rendering.bytes(grids)
@@ -149,7 +178,14 @@ mod tests {
             OutputKind::CameraGBuffer,
             OutputKind::MirrorGBuffer,
         ];
-        let needed = bytes(UVec2::new(1920, 1080), 1, &all, GridsIn::MainMemory);
+        let size = UVec2::new(1920, 1080);
+        let indirect = Settings::default();
+        let needed = bytes_with(&indirect, size, 1, &all, GridsIn::MainMemory);
         assert!(needed < 1 << 30, "{needed} bytes");
+        let direct = bytes(size, 1, &all, GridsIn::MainMemory);
+        assert!(
+            needed > direct,
+            "indirect light takes memory: {needed} bytes, {direct} without"
+        );
     }
 }

@@ -20,6 +20,8 @@ pub enum Stage {
     LightDepth,
     /// Direct light.
     Shade,
+    /// Indirect light.
+    Indirect,
     /// Eye-dome lighting.
     Edl,
     /// What the mirrors show.
@@ -110,6 +112,18 @@ impl Plan {
                     run(lights)
                 } else {
                     skip("no light")
+                },
+            ),
+            (
+                Stage::Indirect,
+                match (facts.lights, settings.gi.vpl_count) {
+                    (0, _) => skip("no light"),
+                    (_, 0) => skip("gi.vpl_count is 0"),
+                    (_, n) => run(format!(
+                        "{} of the first of {}",
+                        count(n.into(), "virtual light"),
+                        count(settings.gi.bounces.into(), "bounce")
+                    )),
                 },
             ),
             (

@@ -10,7 +10,7 @@ use crate::backend::gpu::{AdapterChoice, Gpu, GpuOptions};
 use crate::backend::{Backend, Cloud};
 use crate::cloud::Surfels;
 use crate::error::{Error, Result};
-use crate::frame::{Frame, View, frame};
+use crate::frame::{Frame, Stages, View, frame};
 use crate::gbuffer::{Coverage, GBuffer};
 use crate::grid::Grid;
 use crate::job::Job;
@@ -18,8 +18,8 @@ use crate::measure::BounceReport;
 use crate::memory::{GridsIn, Rendering};
 use crate::output::OutputKind;
 use crate::plan::Plan;
+use crate::reflect::MirrorGBuffer;
 use crate::reflect::sscr::heat::HeatSums;
-use crate::reflect::{MirrorGBuffer, Reflector};
 use crate::settings::Settings;
 use crate::timing::PassTime;
 
@@ -202,7 +202,7 @@ impl Renderer {
 struct Session<B: Backend> {
     backend: B,
     cloud: Cloud<B>,
-    reflector: Reflector,
+    stages: Stages,
 }
 
 impl<B: Backend> Session<B> {
@@ -214,7 +214,7 @@ impl<B: Backend> Session<B> {
         Ok(Self {
             backend,
             cloud,
-            reflector: Reflector::default(),
+            stages: Stages::default(),
         })
     }
 
@@ -238,7 +238,7 @@ impl<B: Backend> Session<B> {
             ..
         } = frame(
             backend,
-            &mut self.reflector,
+            &mut self.stages,
             &self.cloud,
             view,
             plan,

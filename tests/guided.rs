@@ -3,16 +3,16 @@
 use catoptric::Job;
 use catoptric::cloud::along_curve;
 use catoptric::cloud::generate::SceneName;
+use catoptric::reflect::Surface;
 use catoptric::reflect::sscr::Search;
 use catoptric::reflect::sscr::curvature::Axes;
-use catoptric::reflect::{Method, Surface};
 use glam::Vec3;
 use libtest_mimic::Trial;
 
 use crate::analytic::{Oracle, View};
 use crate::charted::Charted;
 use crate::ideal::{cloud, surface};
-use crate::rendered::Opened;
+use crate::rendered::{Opened, Way};
 use crate::searched::Known;
 use crate::shown::{Figures, Shown};
 use crate::support::claim;
@@ -115,7 +115,7 @@ fn shows_as_much_as_rays_do(expected: &Expected) {
     let mut settings = opened.settings.clone();
     settings.sscr.search = Search::Guided;
     let guided = opened.render(&settings);
-    let traced = opened.by(Method::RayTrace);
+    let traced = opened.by(Way::RayTrace);
     let truth = Shown::new(&Oracle::named(scene), &view);
     let [sscr, rays] = [&guided, &traced].map(|products| {
         let mirror = products.mirror.as_ref().expect("the camera sees a mirror");

@@ -23,6 +23,7 @@ mod generate;
 mod guided;
 mod hostile;
 mod ideal;
+mod indirect;
 mod limits;
 mod measured;
 mod mesh;
@@ -62,6 +63,7 @@ fn main() {
         generate::tests(),
         guided::tests(),
         hostile::tests(),
+        indirect::tests(),
         limits::tests(),
         measured::tests(),
         mesh::tests(),

@@ -21,6 +21,18 @@ pub(crate) fn tests() -> Vec<Trial> {
     )]
 }
 
+/// How mirrors are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Way {
+    Interleaved,
+    Guided,
+    RayTrace,
+}
+
+impl Way {
+    pub(crate) const ALL: [Self; 3] = [Self::Interleaved, Self::Guided, Self::RayTrace];
+}
+
 /// A scene that can be rendered again and again, its mirrors by the interleaved search unless told otherwise.
 pub(crate) struct Opened {
     pub(crate) settings: Settings,
@@ -61,10 +73,14 @@ impl Opened {
         products
     }
 
-    /// One frame by a method, the scene's settings otherwise.
-    pub(crate) fn by(&mut self, method: Method) -> Products {
+    /// One frame one way, the scene's settings otherwise.
+    pub(crate) fn by(&mut self, way: Way) -> Products {
         let mut settings = self.settings.clone();
-        settings.reflect.method = method;
+        (settings.reflect.method, settings.sscr.search) = match way {
+            Way::Interleaved => (Method::Sscr, Search::Interleaved),
+            Way::Guided => (Method::Sscr, Search::Guided),
+            Way::RayTrace => (Method::RayTrace, Search::Interleaved),
+        };
         self.render(&settings)
     }
 }

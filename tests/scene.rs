@@ -296,9 +296,14 @@ fn wrong_files_are_refused() {
             "its keys are centre, radius",
         ),
         (
-            "format = 1\n[[cloud]]\npath = \"a\"\n[[light]]\nkind = \"point\"\n",
+            "format = 1\n[[cloud]]\npath = \"a\"\n[[light]]\nkind = \"sun\"\n",
             5,
             "\"spot\"",
+        ),
+        (
+            "format = 1\n[[cloud]]\npath = \"a\"\n[[light]]\nkind = \"point\"\nposition = [0,0,0]\ntarget = [0,0,0]\n",
+            7,
+            "all directions",
         ),
         (
             "format = 1\n[[cloud]]\npath = \"a\"\n[[light]]\nkind = \"spot\"\nposition = [0,0,0]\ntarget = [0,0,0]\n",

@@ -9,7 +9,7 @@ use catoptric::settings::Settings;
 use libtest_mimic::Trial;
 
 use crate::analytic::{Oracle, View};
-use crate::rendered::Opened;
+use crate::rendered::{Opened, Way};
 use crate::searched::{Known, Mirrors};
 use crate::shown::{Figures, Shown};
 
@@ -144,7 +144,7 @@ fn holds(expected: &Expected) {
 
     // Both methods, one after the other, on the same surfels.
     let searched_for = opened.render(&settings);
-    let traced = opened.by(Method::RayTrace);
+    let traced = opened.by(Way::RayTrace);
     let truth = Shown::new(&Oracle::named(scene), &view);
     let [sscr, rays] = [&searched_for, &traced].map(|products| {
         let mirror = products.mirror.as_ref().expect("the camera sees a mirror");

@@ -4,6 +4,7 @@
 
 mod cancel;
 mod guided;
+mod indirect;
 mod kernels;
 mod mirror_splats;
 mod mirrors;
@@ -78,6 +79,26 @@ pub(crate) fn tests() -> Vec<Trial> {
         test(
             "one_flipped_value_of_a_picture_is_noticed",
             kernels::one_flipped_value_of_a_picture_is_noticed,
+        ),
+        test("receivers_agree", indirect::receivers_agree),
+        test(
+            "receivers_in_mirrors_agree",
+            indirect::receivers_in_mirrors_agree,
+        ),
+        test(
+            "imperfect_shadow_maps_are_equal_to_the_last_bit",
+            indirect::imperfect_shadow_maps_are_equal_to_the_last_bit,
+        ),
+        test("gathering_agrees", indirect::gathering_agrees),
+        test(
+            "bands_of_maps_do_not_show",
+            indirect::bands_of_maps_do_not_show,
+        ),
+        test("merging_agrees", indirect::merging_agrees),
+        test("photons_agree", indirect::photons_agree),
+        test(
+            "indirect_radiance_agrees",
+            indirect::indirect_radiance_agrees,
         ),
         test("mirrors_surfaces_agree", mirrors::surfaces_agree),
         test(

@@ -17,8 +17,8 @@ struct LightParams {
     bias: f32,          // over the local spacing
     split: u32,         // number of the first texel that `high_keys` holds
     first: u32,         // 1: the radiance so far is none
-    pad0: u32,
-    pad1: u32,
+    pyramid: u32,       // 1: the cone is a square pyramid, full all over
+    albedo_scale: f32,
 }
 
 fn light_key(texel: vec2i) -> u32 {
@@ -66,6 +66,24 @@ fn light_visibility(position: vec3f, world_normal: vec3f, bias: f32) -> f32 {
     return lit;
 }
 
+// The share of the intensity, 0 to 1, in a unit direction.
+fn falloff_towards(d: vec3f) -> f32 {
+    let along = dot3(d, params.light.axis);
+    if params.light.pyramid == 0u {
+        let width = max(params.light.outer_angle - params.light.inner_angle, 1e-6);
+        return clamp((params.light.outer_angle - acos(clamp(along, -1.0, 1.0))) / width, 0.0, 1.0);
+    }
+    // Edges belong to the first axis that they touch.
+    let size = abs(d);
+    var inside = size.x < along && size.y < along;
+    if params.light.axis.x != 0.0 {
+        inside = size.y <= along && size.z <= along;
+    } else if params.light.axis.y != 0.0 {
+        inside = size.x < along && size.z <= along;
+    }
+    return select(0.0, 1.0, inside && along > 0.0);
+}
+
 fn spot_radiance(position: vec3f, normal: vec3f, view: vec3f, colour: vec3f, its: vec4f) -> vec3f {
     let to_light = params.light.position - position;
     let distance_squared = dot3(to_light, to_light);
@@ -74,15 +92,13 @@ fn spot_radiance(position: vec3f, normal: vec3f, view: vec3f, colour: vec3f, its
     }
     let direction = to_light / sqrt(distance_squared);
     let cosine = dot3(normal, direction);
-    let angle = acos(clamp(-dot3(direction, params.light.axis), -1.0, 1.0));
-    let width = max(params.light.outer_angle - params.light.inner_angle, 1e-6);
-    let falloff = clamp((params.light.outer_angle - angle) / width, 0.0, 1.0);
+    let falloff = falloff_towards(-direction);
     if cosine <= 0.0 || falloff <= 0.0 {
         return vec3f(0.0);
     }
     let lit = light_visibility(position, normal, params.light.bias * its.z);
     let irradiance = params.light.intensity * (falloff * cosine / distance_squared * lit);
-    var reflected = colour / PI;
+    var reflected = colour * params.light.albedo_scale / PI;
     if its.x > 0.0 {
         let mirrored = normal * (2.0 * cosine) - direction;
         let base = max(dot3(mirrored, view), 0.0);

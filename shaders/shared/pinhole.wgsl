@@ -1,4 +1,6 @@
 // Twin: `Pinhole` in src/camera.rs. View space: x right, y up, z forward.
+#import dot3
+
 struct Pinhole {
     eye: vec3f,           // relative to the scene's origin
     focal: f32,           // pixels per unit of slope
@@ -10,11 +12,6 @@ struct Pinhole {
     inverse_focal: f32,
     centre: vec2f,        // principal point, pixels
     size: vec2u,          // pixels
-}
-
-// Both backends must add in this order, which `dot` does not promise.
-fn dot3(a: vec3f, b: vec3f) -> f32 {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
 fn view_from_world_direction(pinhole: Pinhole, d: vec3f) -> vec3f {

@@ -13,8 +13,15 @@ use crate::error::{Error, Result};
 use crate::gbuffer::pull_push::pull_push;
 use crate::gbuffer::splat::Splatter;
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings, coverage, edl, fill, smooth};
+use crate::gi::add_indirect::add_indirect;
+use crate::gi::gather::Gathered;
+use crate::gi::indirect_filter::{Window, indirect_filter};
+use crate::gi::ism::{IsmMaps, Slices};
 use crate::gi::light_close::light_close;
-use crate::gi::{GiSettings, shade};
+use crate::gi::photons::PhotonMap;
+use crate::gi::receivers::Receivers;
+use crate::gi::vpl::Vpl;
+use crate::gi::{GiSettings, gather, ism, photons, shade};
 use crate::grid::Grid;
 use crate::image::ImageSettings;
 use crate::job::Job;
@@ -265,6 +272,85 @@ impl Backend for Cpu {
     ) -> Result<Grid<Vec4>> {
         self.timings.time("shade_mirror", || {
             shade::shade_mirror(mirror, lights, settings, job)
+        })
+    }
+
+    fn receivers(&mut self, gbuffer: &GBuffer<Self>, job: &Job) -> Result<Receivers<Self>> {
+        job.check()?;
+        Ok(self.timings.time("receivers", || Receivers::of(gbuffer)))
+    }
+
+    fn mirror_receivers(
+        &mut self,
+        mirror: &MirrorGBuffer<Self>,
+        job: &Job,
+    ) -> Result<Receivers<Self>> {
+        job.check()?;
+        Ok(self
+            .timings
+            .time("mirror_receivers", || Receivers::of_mirror(mirror)))
+    }
+
+    fn ism(
+        &mut self,
+        points: &Arc<Surfels>,
+        vpls: &[Vpl],
+        slices: Slices,
+        job: &Job,
+    ) -> Result<IsmMaps<Self>> {
+        self.timings
+            .time("ism", || ism::ism(points, vpls, slices, job))
+    }
+
+    fn gather(
+        &mut self,
+        receivers: &Receivers<Self>,
+        vpls: &[Vpl],
+        maps: &IsmMaps<Self>,
+        interleave: u32,
+        gathered: &mut Gathered<Self>,
+        job: &Job,
+    ) -> Result<()> {
+        self.timings.time("gather", || {
+            gather::gather(receivers, vpls, maps, interleave, gathered, job)
+        })
+    }
+
+    fn indirect_filter(
+        &mut self,
+        receivers: &Receivers<Self>,
+        irradiance: &Grid<Vec4>,
+        window: Window,
+        job: &Job,
+    ) -> Result<Grid<Vec4>> {
+        self.timings.time("indirect_filter", || {
+            let across = indirect_filter(receivers, irradiance, window, false, job)?;
+            indirect_filter(receivers, &across, window, true, job)
+        })
+    }
+
+    fn photons(
+        &mut self,
+        receivers: &Receivers<Self>,
+        map: &PhotonMap,
+        irradiance: &mut Grid<Vec4>,
+        job: &Job,
+    ) -> Result<()> {
+        self.timings.time("photons", || {
+            photons::photons(receivers, map, irradiance, job)
+        })
+    }
+
+    fn add_indirect(
+        &mut self,
+        albedo: &Grid<Vec4>,
+        light: &Gathered<Self>,
+        settings: &GiSettings,
+        radiance: &mut Grid<Vec4>,
+        job: &Job,
+    ) -> Result<()> {
+        self.timings.time("add_indirect", || {
+            add_indirect(albedo, light, settings.albedo_scale, radiance, job)
         })
     }
 

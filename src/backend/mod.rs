@@ -10,6 +10,12 @@ use crate::camera::Pinhole;
 use crate::cloud::Surfels;
 use crate::error::Result;
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings};
+use crate::gi::gather::Gathered;
+use crate::gi::indirect_filter::Window;
+use crate::gi::ism::{IsmMaps, Slices};
+use crate::gi::photons::PhotonMap;
+use crate::gi::receivers::Receivers;
+use crate::gi::vpl::Vpl;
 use crate::gi::{GiSettings, SpotLight};
 use crate::grid::Grid;
 use crate::image::ImageSettings;
@@ -192,6 +198,57 @@ pub trait Backend: Sized {
         settings: &GiSettings,
         job: &Job,
     ) -> Result<Self::Grid<Vec4>>;
+    /// Pass `receivers`: what the camera sees, as indirect light takes it.
+    fn receivers(&mut self, gbuffer: &GBuffer<Self>, job: &Job) -> Result<Receivers<Self>>;
+    /// Pass `mirror_receivers`: the same for what the mirrors show.
+    fn mirror_receivers(
+        &mut self,
+        mirror: &MirrorGBuffer<Self>,
+        job: &Job,
+    ) -> Result<Receivers<Self>>;
+    /// Pass `ism`: the shadow maps of virtual point lights.
+    fn ism(
+        &mut self,
+        points: &Self::Points,
+        vpls: &[Vpl],
+        slices: Slices,
+        job: &Job,
+    ) -> Result<IsmMaps<Self>>;
+    /// Pass `gather`: adds to `gathered` what virtual point lights send, interleaved n x n.
+    fn gather(
+        &mut self,
+        receivers: &Receivers<Self>,
+        vpls: &[Vpl],
+        maps: &IsmMaps<Self>,
+        interleave: u32,
+        gathered: &mut Gathered<Self>,
+        job: &Job,
+    ) -> Result<()>;
+    /// Pass `indirect_filter`: merges interleaved pixels, across and down.
+    fn indirect_filter(
+        &mut self,
+        receivers: &Receivers<Self>,
+        irradiance: &Self::Grid<Vec4>,
+        window: Window,
+        job: &Job,
+    ) -> Result<Self::Grid<Vec4>>;
+    /// Pass `photons`: adds to `irradiance` what came by way of mirrors.
+    fn photons(
+        &mut self,
+        receivers: &Receivers<Self>,
+        map: &PhotonMap,
+        irradiance: &mut Self::Grid<Vec4>,
+        job: &Job,
+    ) -> Result<()>;
+    /// Pass `add_indirect`: adds to `radiance` what surfaces of this albedo send on of `light`.
+    fn add_indirect(
+        &mut self,
+        albedo: &Self::Grid<Vec4>,
+        light: &Gathered<Self>,
+        settings: &GiSettings,
+        radiance: &mut Self::Grid<Vec4>,
+        job: &Job,
+    ) -> Result<()>;
     /// Pass `blend`: what the mirrors show over the points' own part; their albedo where there is no light.
     fn blend(
         &mut self,

@@ -24,9 +24,57 @@ pub struct SpotLight {
     pub inner_angle: f32,
     /// Half angle, radians, at most [`MAX_OUTER_DEGREES`].
     pub outer_angle: f32,
+    /// Whether its cone is a square pyramid instead, full all over: the sixth part of a point light around one of the scene's
+    /// axes. The angles are not used then.
+    pub pyramid: bool,
 }
 
+/// Half a right angle and a little: the map of a pyramid holds its edges.
+const PYRAMID_ANGLE: f32 = std::f32::consts::FRAC_PI_4;
+
 impl SpotLight {
+    /// The six parts of a light that shines in all directions.
+    pub fn all_around(position: Vec3, intensity: Vec3) -> [Self; 6] {
+        [
+            Vec3::X,
+            Vec3::NEG_X,
+            Vec3::Y,
+            Vec3::NEG_Y,
+            Vec3::Z,
+            Vec3::NEG_Z,
+        ]
+        .map(|axis| Self {
+            position,
+            axis,
+            intensity,
+            inner_angle: PYRAMID_ANGLE,
+            outer_angle: PYRAMID_ANGLE,
+            pyramid: true,
+        })
+    }
+
+    /// The share of the intensity, 0 to 1, in a unit direction.
+    pub fn falloff_towards(&self, direction: Vec3) -> f32 {
+        if self.pyramid {
+            return f32::from(u8::from(self.pyramid_holds(direction)));
+        }
+        self.falloff(direction.dot(self.axis))
+    }
+
+    /// Whether a direction lies in the pyramid around the axis. Of the six around a point every direction is in exactly
+    /// one: edges belong to the first axis that they touch.
+    fn pyramid_holds(&self, d: Vec3) -> bool {
+        let along = d.dot(self.axis);
+        let size = d.abs();
+        if self.axis.x != 0.0 {
+            along > 0.0 && size.y <= along && size.z <= along
+        } else if self.axis.y != 0.0 {
+            along > 0.0 && size.x < along && size.z <= along
+        } else {
+            along > 0.0 && size.x < along && size.y < along
+        }
+    }
+
     /// The share of the intensity, 0 to 1, in the direction whose cosine with the axis is `cosine`.
     pub fn falloff(&self, cosine: f32) -> f32 {
         let angle = cosine.clamp(-1.0, 1.0).acos();
@@ -66,6 +114,7 @@ mod tests {
             intensity: Vec3::ONE,
             inner_angle: 25f32.to_radians(),
             outer_angle: 35f32.to_radians(),
+            pyramid: false,
         };
         for (degrees, expected) in [
             (0.0, 1.0),
@@ -84,6 +133,20 @@ mod tests {
     }
 
     #[test]
+    fn every_direction_is_in_one_pyramid() {
+        let six = SpotLight::all_around(Vec3::ZERO, Vec3::ONE);
+        for i in 0..4096 {
+            // Edges and corners are among them.
+            let d = Vec3::new((i % 16) as f32, (i / 16 % 16) as f32, (i / 256) as f32) - 8.0;
+            if d == Vec3::ZERO {
+                continue;
+            }
+            let shares: f32 = six.iter().map(|part| part.falloff_towards(d)).sum();
+            assert_eq!(shares, 1.0, "towards {d}");
+        }
+    }
+
+    #[test]
     fn the_map_holds_the_cone_and_loses_few_texels() {
         let light = SpotLight {
             position: Vec3::ZERO,
@@ -91,6 +154,7 @@ mod tests {
             intensity: Vec3::ONE,
             inner_angle: 0.0,
             outer_angle: 35f32.to_radians(),
+            pyramid: false,
         };
         let p = light.pinhole(1024, 10.0);
         let edge = p.focal * light.outer_angle.tan();

@@ -88,7 +88,7 @@ fn spot_radiance(receiver: &Receiver, lit_by: &LitBy<Cpu>, settings: &GiSettings
     }
     let direction = to_light / distance_squared.sqrt();
     let cosine = receiver.normal.dot(direction);
-    let falloff = light.falloff(-direction.dot(light.axis));
+    let falloff = light.falloff_towards(-direction);
     if cosine <= 0.0 || falloff <= 0.0 {
         return Vec3::ZERO;
     }
@@ -99,7 +99,7 @@ fn spot_radiance(receiver: &Receiver, lit_by: &LitBy<Cpu>, settings: &GiSettings
     );
     let irradiance = light.intensity * (falloff * cosine / distance_squared * lit);
     let [specular, shininess] = [receiver.seen.material.x, receiver.seen.material.y];
-    let mut reflected = receiver.seen.albedo.truncate() / PI;
+    let mut reflected = receiver.seen.albedo.truncate() * settings.albedo_scale / PI;
     if specular > 0.0 {
         let mirrored = receiver.normal * (2.0 * cosine) - direction;
         let lobe =

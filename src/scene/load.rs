@@ -29,7 +29,7 @@ pub struct LoadedScene {
     pub facts: Facts,
     /// Complete.
     pub camera: Camera,
-    /// Relative to the origin of the surfels.
+    /// Relative to the origin of the surfels; point lights in their six parts.
     pub lights: Vec<SpotLight>,
     /// Which axis points up.
     pub up_axis: UpAxis,
@@ -52,10 +52,12 @@ impl LoadedScene {
 
     /// What a frame of this scene runs, and why.
     pub fn plan(&self, settings: &Settings) -> Plan {
+        // A point light is six pyramids.
+        let pyramids = self.lights.iter().filter(|light| light.pyramid).count();
         let facts = SceneFacts {
             points: self.facts.points,
             mirror_points: self.facts.mirror_points,
-            lights: self.lights.len(),
+            lights: self.lights.len() - pyramids + pyramids / 6,
         };
         Plan::new(&facts, settings)
     }
@@ -94,7 +96,7 @@ impl Scene {
             lights: self
                 .lights
                 .iter()
-                .map(|light| light.relative_to(origin))
+                .flat_map(|light| light.relative_to(origin))
                 .collect(),
             up_axis,
         })

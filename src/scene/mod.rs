@@ -103,16 +103,16 @@ pub enum MirrorShape {
     },
 }
 
-/// One `[[light]]`: a spot light in the scene's frame.
+/// One `[[light]]`, in the scene's frame: a spot, or a point light, which shines in all directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SceneLight {
     /// Where it is.
     pub position: DVec3,
-    /// What it points at; differs from `position`.
-    pub target: DVec3,
+    /// What a spot points at; differs from `position`. `None` is a point light.
+    pub target: Option<DVec3>,
     /// W/sr per channel.
     pub intensity: Vec3,
-    /// Half angle within which it is full, radians.
+    /// Half angle within which a spot is full, radians.
     pub inner_angle: f64,
     /// Half angle at which it has fallen to 0, radians; at least `inner_angle`.
     pub outer_angle: f64,
@@ -212,17 +212,22 @@ impl SceneCamera {
 }
 
 impl SceneLight {
-    /// The light, relative to the scene's origin.
-    pub fn relative_to(&self, origin: DVec3) -> SpotLight {
-        SpotLight {
-            position: (self.position - origin).as_vec3(),
-            axis: (self.target - self.position)
+    /// The light, relative to the scene's origin: a spot, or the six parts of a point light.
+    pub fn relative_to(&self, origin: DVec3) -> Vec<SpotLight> {
+        let position = (self.position - origin).as_vec3();
+        let Some(target) = self.target else {
+            return SpotLight::all_around(position, self.intensity).to_vec();
+        };
+        vec![SpotLight {
+            position,
+            axis: (target - self.position)
                 .normalize_or(DVec3::NEG_Z)
                 .as_vec3(),
             intensity: self.intensity,
             inner_angle: self.inner_angle as f32,
             outer_angle: self.outer_angle as f32,
-        }
+            pyramid: false,
+        }]
     }
 }
 

@@ -1,14 +1,13 @@
 //! Where the camera stands, and how much of the mirror it sees.
 
-use catoptric::reflect::Method;
 use catoptric::renderer::Products;
 use glam::DVec3;
 use libtest_mimic::Trial;
 
-use super::{SMALL, Seen, both};
+use super::{SMALL, Seen, each};
 use crate::analytic::View;
 use crate::forms::C;
-use crate::rendered::Opened;
+use crate::rendered::{Opened, Way};
 use crate::shown::position;
 use crate::support::claim;
 
@@ -56,16 +55,16 @@ fn a_mirror_of_four_pixels() {
         ..View::REFERENCE
     };
     for Seen {
-        method,
+        way,
         products,
         figures,
-    } in both("sphere", 50_000, &tiny)
+    } in each("sphere", 50_000, &tiny)
     {
-        assert_eq!(products.coverage.mirror, 4, "{method:?}");
-        assert_eq!(products.bounces[0].regions, 1, "{method:?}");
-        assert_eq!(products.bounces[0].coverage_closed, 1.0, "{method:?}");
+        assert_eq!(products.coverage.mirror, 4, "{way:?}");
+        assert_eq!(products.bounces[0].regions, 1, "{way:?}");
+        assert_eq!(products.bounces[0].coverage_closed, 1.0, "{way:?}");
         // A splat of one pixel spans a wall: what is found there lies about as far away.
-        assert!(figures.median < 0.3, "{method:?}: {figures:?}");
+        assert!(figures.median < 0.3, "{way:?}: {figures:?}");
     }
 }
 
@@ -75,23 +74,23 @@ fn a_mirror_that_fills_the_screen() {
         ..SMALL
     };
     for Seen {
-        method,
+        way,
         products,
         figures,
-    } in both("sphere", 200_000, &near)
+    } in each("sphere", 200_000, &near)
     {
         // Here and there the wall is seen between two points, which lie ten pixels apart.
         let mirror = products.coverage.mirror;
-        assert!(mirror > 160 * 120 * 995 / 1000, "{method:?}: {mirror}");
-        assert_eq!(products.bounces[0].regions, 1, "{method:?}");
+        assert!(mirror > 160 * 120 * 995 / 1000, "{way:?}: {mirror}");
+        assert_eq!(products.bounces[0].regions, 1, "{way:?}");
         assert!(
             figures.coverage > 0.99 && figures.psnr > figures.black + 10.0,
-            "{method:?}: {figures:?}"
+            "{way:?}: {figures:?}"
         );
         // The centre looks back at the front wall, past the eye.
         let mirror = products.mirror.as_ref().expect("a mirror");
         let centre = position(mirror, 60 * 160 + 80).expect("it shows something");
-        assert!(centre.distance(DVec3::Z) < 0.1, "{method:?}: {centre}");
+        assert!(centre.distance(DVec3::Z) < 0.1, "{way:?}: {centre}");
     }
 }
 
@@ -102,8 +101,8 @@ fn no_mirror_in_sight() {
         ..SMALL
     };
     let mut opened = Opened::generated("sphere", 50_000, &away);
-    for method in [Method::Sscr, Method::RayTrace] {
-        let products = opened.by(method);
+    for way in Way::ALL {
+        let products = opened.by(way);
         assert!(products.mirror.is_none() && products.bounces.is_empty());
         assert_eq!(products.coverage.mirror, 0);
         assert_eq!(products.coverage.filled, 160 * 120, "the wall is seen");
@@ -111,7 +110,7 @@ fn no_mirror_in_sight() {
         let of_mirrors = ["lhc", "root_find", "ray_trace", "ray_trace_build"];
         assert!(
             !passes.iter().any(|p| of_mirrors.contains(p)),
-            "{method:?} ran {passes:?}"
+            "{way:?} ran {passes:?}"
         );
     }
 }
@@ -131,26 +130,25 @@ fn grazing() {
     // At 88 degrees few points are found: closing by 4 levels leaves a part of the pane empty.
     for (degrees, points, least) in [(78.0, 100_000, 0.99), (88.0, 200_000, 0.8)] {
         for Seen {
-            method,
+            way,
             products,
             figures,
-        } in both("plane", points, &around_the_pane(degrees))
+        } in each("plane", points, &around_the_pane(degrees))
         {
-            assert_eq!(products.bounces[0].regions, 1, "{degrees}, {method:?}");
-            let least = if method == Method::RayTrace {
-                0.99
-            } else {
-                least
-            };
+            // Noise that a tilted pane's few rows cannot tell from curvature cuts it into a few charts, which cost little.
+            let regions = products.bounces[0].regions;
+            let most = if way == Way::Guided { 8 } else { 1 };
             assert!(
-                figures.coverage > least,
-                "{degrees}, {method:?}: {figures:?}"
+                (1..=most).contains(&regions),
+                "{degrees}, {way:?}: {regions} regions"
             );
+            let least = if way == Way::RayTrace { 0.99 } else { least };
+            assert!(figures.coverage > least, "{degrees}, {way:?}: {figures:?}");
             // Normals of a plane have no noise, and what is seen lies on walls.
-            assert!(figures.median < 1e-4, "{degrees}, {method:?}: {figures:?}");
+            assert!(figures.median < 1e-4, "{degrees}, {way:?}: {figures:?}");
             assert!(
                 figures.psnr > figures.moved,
-                "{degrees}, {method:?}: {figures:?}"
+                "{degrees}, {way:?}: {figures:?}"
             );
         }
     }
@@ -168,16 +166,16 @@ fn wide_angle() {
     };
     for view in [centred, in_the_corner] {
         for Seen {
-            method,
+            way,
             products,
             figures,
-        } in both("sphere", 200_000, &view)
+        } in each("sphere", 200_000, &view)
         {
             let mirror = products.coverage.mirror;
-            assert!(mirror > 300, "{method:?}: {mirror} pixels");
+            assert!(mirror > 300, "{way:?}: {mirror} pixels");
             assert!(
                 figures.coverage > 0.98 && figures.median < 0.04 && figures.psnr > figures.moved,
-                "{method:?}: {figures:?}"
+                "{way:?}: {figures:?}"
             );
         }
     }
@@ -198,10 +196,10 @@ fn into_the_parabola(before_focus: f64) -> View {
 
 fn at_the_focus() {
     for Seen {
-        method,
+        way,
         products,
         figures,
-    } in both("parabola", 200_000, &into_the_parabola(0.0))
+    } in each("parabola", 200_000, &into_the_parabola(0.0))
     {
         let mirror = products.mirror.as_ref().expect("a mirror");
         let mut off: Vec<f64> = (0..mirror.origin.values().len())
@@ -213,15 +211,11 @@ fn at_the_focus() {
             .collect();
         off.sort_by(f64::total_cmp);
         let (shown, median) = (off.len(), off[off.len() / 2]);
-        println!("{method:?}: half of {shown} pixels within {median:.4} m of straight on");
-        assert!(median < 0.04, "{method:?}: {median}");
+        println!("{way:?}: half of {shown} pixels within {median:.4} m of straight on");
+        assert!(median < 0.04, "{way:?}: {median}");
         // Only what lies straight before the mirror is shown, a point for every sixth pixel.
-        let least = if method == Method::RayTrace {
-            0.99
-        } else {
-            0.8
-        };
-        assert!(figures.coverage > least, "{method:?}: {figures:?}");
+        let least = if way == Way::RayTrace { 0.99 } else { 0.8 };
+        assert!(figures.coverage > least, "{way:?}: {figures:?}");
     }
 }
 
@@ -238,20 +232,20 @@ fn to_the_right(products: &Products) -> f64 {
 fn before_and_behind_the_focus() {
     for (before, turned_over) in [(0.5, true), (0.15, true), (-0.08, false)] {
         for Seen {
-            method,
+            way,
             products,
             figures,
-        } in both("parabola", 200_000, &into_the_parabola(before))
+        } in each("parabola", 200_000, &into_the_parabola(before))
         {
             let right = to_the_right(&products);
             assert_eq!(
                 right < 0.0,
                 turned_over,
-                "{before} m before the focus, {method:?}: the right half shows x = {right}"
+                "{before} m before the focus, {way:?}: the right half shows x = {right}"
             );
             assert!(
                 figures.coverage > 0.8 && figures.psnr > figures.black + 5.0,
-                "{before} m before the focus, {method:?}: {figures:?}"
+                "{before} m before the focus, {way:?}: {figures:?}"
             );
         }
     }
@@ -265,15 +259,15 @@ fn inside_the_hole() {
         ..SMALL
     };
     for Seen {
-        method,
+        way,
         products,
         figures,
-    } in both("torus", 200_000, &inside)
+    } in each("torus", 200_000, &inside)
     {
-        assert!(products.coverage.mirror > 4000, "{method:?}");
+        assert!(products.coverage.mirror > 4000, "{way:?}");
         assert!(
             figures.coverage > 0.9 && figures.psnr > figures.black + 3.0,
-            "{method:?}: {figures:?}"
+            "{way:?}: {figures:?}"
         );
     }
 }

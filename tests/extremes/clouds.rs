@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use catoptric::grid::Grid;
-use catoptric::reflect::Method;
 use catoptric::reflect::sscr::Distribution;
 use catoptric::reflect::sscr::curvature::{PLANAR, Y_SHIFT};
 use catoptric::reflect::sscr::distribute::distribute;
@@ -15,7 +14,7 @@ use libtest_mimic::Trial;
 
 use super::SMALL;
 use crate::analytic::View;
-use crate::rendered::{Opened, camera, generated};
+use crate::rendered::{Opened, Way, camera, generated};
 use crate::support::claim;
 
 pub(super) fn tests() -> Vec<Trial> {
@@ -74,14 +73,14 @@ fn far_away() {
     assert_eq!(here.loaded.surfels.origin, DVec3::ZERO);
     let origin = there.loaded.surfels.origin;
     assert!(origin.distance(offset) < 10.0, "{origin}");
-    for method in [Method::Sscr, Method::RayTrace] {
-        let (a, b) = (here.by(method), there.by(method));
+    for way in Way::ALL {
+        let (a, b) = (here.by(way), there.by(way));
         let (wrong, control) = (differing(&a, &b, 0), differing(&a, &b, 1));
-        println!("{method:?}: {wrong:.5} differ, {control:.3} one pixel apart");
+        println!("{way:?}: {wrong:.5} differ, {control:.3} one pixel apart");
         println!("{:?}\n{:?}", a.bounces[0], b.bounces[0]);
         assert!(
             wrong < 0.001 && control > 0.02,
-            "{method:?}: {wrong} differ, {control} one pixel apart"
+            "{way:?}: {wrong} differ, {control} one pixel apart"
         );
         assert!((a.bounces[0].hit_rate - b.bounces[0].hit_rate).abs() < 1e-3);
     }
@@ -148,11 +147,11 @@ fn ten_thousand_regions() {
         camera(&view)
     );
     let mut opened = Cloud(points).open(&rest);
-    for method in [Method::Sscr, Method::RayTrace] {
-        let products = opened.by(method);
+    for way in Way::ALL {
+        let products = opened.by(way);
         let bounce = &products.bounces[0];
-        println!("{method:?}: {bounce:?}, {:?}", products.passes);
-        assert_eq!(bounce.regions, 10_000, "{method:?}");
+        println!("{way:?}: {bounce:?}, {:?}", products.passes);
+        assert_eq!(bounce.regions, 10_000, "{way:?}");
         let mirror = products.mirror.as_ref().expect("mirrors");
         let mut shows = vec![false; 10_001];
         for (i, &region) in mirror.region.values().iter().enumerate() {
@@ -160,12 +159,8 @@ fn ten_thousand_regions() {
         }
         let showing = shows[1..].iter().filter(|s| **s).count();
         // The search gives each mirror four points of the wall to look for.
-        let least = if method == Method::RayTrace {
-            9_500
-        } else {
-            5_000
-        };
-        assert!(showing >= least, "{method:?}: {showing} show something");
+        let least = if way == Way::RayTrace { 9_500 } else { 5_000 };
+        assert!(showing >= least, "{way:?}: {showing} show something");
     }
 }
 
@@ -181,8 +176,8 @@ const FACING: View = View {
 fn one_point() {
     let cloud = Cloud(vec![(Vec3::ZERO, Vec3::Z, Vec3::ONE, 0.0, 0.1)]);
     let mut opened = cloud.open(&camera(&FACING));
-    for method in [Method::Sscr, Method::RayTrace] {
-        let products = opened.by(method);
+    for way in Way::ALL {
+        let products = opened.by(way);
         // A disc of 15 cm around the centre, of pixels of 4.8 cm.
         let seen = products.coverage.filled;
         assert!((20..=50).contains(&seen), "{seen} pixels");
@@ -200,13 +195,13 @@ fn one_mirror_point() {
         camera(&FACING)
     );
     let mut opened = cloud.open(&rest);
-    for method in [Method::Sscr, Method::RayTrace] {
-        let products = opened.by(method);
+    for way in Way::ALL {
+        let products = opened.by(way);
         let bounce = &products.bounces[0];
         assert!(products.coverage.mirror >= 20, "{:?}", products.coverage);
-        assert_eq!((bounce.regions, bounce.hits), (1, 0), "{method:?}");
-        assert_eq!(bounce.coverage_closed, 0.0, "{method:?}");
-        assert_eq!(products.radiance.get(32, 24), Some(&Vec4::W), "{method:?}");
+        assert_eq!((bounce.regions, bounce.hits), (1, 0), "{way:?}");
+        assert_eq!(bounce.coverage_closed, 0.0, "{way:?}");
+        assert_eq!(products.radiance.get(32, 24), Some(&Vec4::W), "{way:?}");
     }
 }
 
@@ -220,21 +215,19 @@ fn a_pane_and_one_point() {
     let mut opened = Cloud(vec![(point, Vec3::NEG_Z, colour, 0.0, 0.1)]).open(&rest);
     // The mirrored point is 0.5 to the right and 4.5 m away.
     let expected = 32.0 + 0.5 / 4.5 / 30f32.to_radians().tan() * 24.0;
-    for method in [Method::Sscr, Method::RayTrace] {
-        let mut settings = opened.settings.clone();
-        settings.reflect.method = method;
-        settings.sscr.pull_levels = 0;
-        let products = opened.render(&settings);
+    for way in Way::ALL {
+        opened.settings.sscr.pull_levels = 0;
+        let products = opened.by(way);
         let mirror = products.mirror.as_ref().expect("a mirror");
         let columns: Vec<f32> = (0..64 * 48)
             .filter(|&i| mirror.at(i).is_some_and(|p| p.albedo.w == 0.0))
             .map(|i| (i % 64) as f32 + 0.5)
             .collect();
-        println!("{method:?}: {:?}, columns {columns:?}", products.bounces[0]);
+        println!("{way:?}: {:?}, columns {columns:?}", products.bounces[0]);
         let middle = columns.iter().sum::<f32>() / columns.len() as f32;
         assert!(
             !columns.is_empty() && (middle - expected).abs() < 1.0,
-            "{method:?}: columns {columns:?}, expected {expected}"
+            "{way:?}: columns {columns:?}, expected {expected}"
         );
     }
 }

@@ -1,15 +1,14 @@
-//! The extremes of mirrors, cameras and clouds: each test says what happens. Both methods render every one of them, and no
+//! The extremes of mirrors, cameras and clouds: each test says what happens. Both searches and traced rays render every one of them, and no
 //! value of any buffer may be other than a number ([`Opened::render`] sees to that).
 
 mod cameras;
 mod clouds;
 
-use catoptric::reflect::Method;
 use catoptric::renderer::Products;
 use libtest_mimic::Trial;
 
 use crate::analytic::{Oracle, View};
-use crate::rendered::Opened;
+use crate::rendered::{Opened, Way};
 use crate::shown::{Figures, Shown};
 
 pub(crate) fn tests() -> Vec<Trial> {
@@ -18,29 +17,29 @@ pub(crate) fn tests() -> Vec<Trial> {
     trials
 }
 
-/// A scene as a method renders it, and how well its mirrors show what they ought to.
+/// A scene as one way renders it, and how well its mirrors show what they ought to.
 struct Seen {
-    method: Method,
+    way: Way,
     products: Products,
     figures: Figures,
 }
 
-/// An analytic scene of so many points, by both methods.
-fn both(scene: &str, points: usize, view: &View) -> [Seen; 2] {
+/// An analytic scene of so many points, every way.
+fn each(scene: &str, points: usize, view: &View) -> [Seen; 3] {
     let truth = Shown::new(&Oracle::named(scene), view);
     let mut opened = Opened::generated(scene, points, view);
-    [Method::Sscr, Method::RayTrace].map(|method| {
-        let products = opened.by(method);
+    Way::ALL.map(|way| {
+        let products = opened.by(way);
         let mirror = products.mirror.as_ref().expect("the camera sees a mirror");
         let figures = Figures::of(&truth, mirror);
         println!(
-            "{scene}, {method:?}: {:?}, {figures:?}, {} mirror pixels, {} by the oracle",
+            "{scene}, {way:?}: {:?}, {figures:?}, {} mirror pixels, {} by the oracle",
             products.bounces[0],
             products.coverage.mirror,
             truth.pixels()
         );
         Seen {
-            method,
+            way,
             products,
             figures,
         }

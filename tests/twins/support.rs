@@ -118,6 +118,7 @@ pub(super) fn spot() -> SpotLight {
         intensity: Vec3::new(6.0, 5.0, 4.0),
         inner_angle: 25f32.to_radians(),
         outer_angle: 35f32.to_radians(),
+        pyramid: false,
     }
 }
 

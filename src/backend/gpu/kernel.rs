@@ -9,7 +9,8 @@ use glam::UVec2;
 
 use super::buffers::{BINDING_ALIGNMENT, Binding, Pool, UNIFORM};
 use super::device::Device;
-use super::shaders::{SHARED, Shader, link};
+use super::link::link;
+use super::shaders::{SHARED, Shader};
 use super::stamps::Stamps;
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -83,6 +84,13 @@ impl Kernels {
 pub(super) enum Threads {
     /// One per point.
     Points(u32),
+    /// One per point of so many sets of so many points.
+    Sets {
+        /// Points of each set.
+        points: u32,
+        /// Sets, a row of workgroups each.
+        sets: u32,
+    },
     /// One per pixel of so many columns and rows.
     Pixels(UVec2),
 }
@@ -91,6 +99,7 @@ impl Threads {
     fn groups(self) -> UVec2 {
         match self {
             Self::Points(count) => UVec2::new(count.div_ceil(POINT_GROUP), 1),
+            Self::Sets { points, sets } => UVec2::new(points.div_ceil(POINT_GROUP), sets),
             Self::Pixels(size) => {
                 UVec2::new(size.x.div_ceil(PIXEL_GROUP), size.y.div_ceil(PIXEL_GROUP))
             }

@@ -15,6 +15,12 @@ use crate::cloud::Surfels;
 use crate::error::{Error, Result};
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings};
 use crate::gi::GiSettings;
+use crate::gi::gather::Gathered;
+use crate::gi::indirect_filter::Window;
+use crate::gi::ism::{IsmMaps, Slices};
+use crate::gi::photons::PhotonMap;
+use crate::gi::receivers::Receivers;
+use crate::gi::vpl::Vpl;
 use crate::grid::Grid;
 use crate::image::ImageSettings;
 use crate::job::Job;
@@ -35,12 +41,17 @@ mod curvature;
 mod device;
 mod edl;
 mod fill;
+mod gather;
 mod guided;
 mod hits;
+mod ism;
 mod kernel;
 mod layout;
+mod link;
 mod mirror_pixels;
+mod photons;
 mod pull_push;
+mod receivers;
 mod root_find;
 mod search_heat;
 mod shade;
@@ -55,7 +66,8 @@ pub use buffers::{GpuGrid, GpuPoints};
 pub use device::{AdapterChoice, Device, GpuOptions};
 pub use hits::GpuHits;
 pub use layout::{GpuStruct, Layout};
-pub use shaders::{LAYOUTS, SHADERS, SHARED, Shader, link};
+pub use link::link;
+pub use shaders::{LAYOUTS, SHADERS, SHARED, Shader};
 
 use buffers::Pool;
 use kernel::Kernels;
@@ -279,6 +291,71 @@ impl Backend for Gpu {
         job: &Job,
     ) -> Result<GpuGrid<Vec4>> {
         self.run_shade_mirror(mirror, lights, settings, job)
+    }
+
+    fn receivers(&mut self, gbuffer: &GBuffer<Self>, job: &Job) -> Result<Receivers<Self>> {
+        self.run_receivers(gbuffer, job)
+    }
+
+    fn mirror_receivers(
+        &mut self,
+        mirror: &MirrorGBuffer<Self>,
+        job: &Job,
+    ) -> Result<Receivers<Self>> {
+        self.run_mirror_receivers(mirror, job)
+    }
+
+    fn ism(
+        &mut self,
+        points: &GpuPoints,
+        vpls: &[Vpl],
+        slices: Slices,
+        job: &Job,
+    ) -> Result<IsmMaps<Self>> {
+        self.run_ism(points, vpls, slices, job)
+    }
+
+    fn gather(
+        &mut self,
+        receivers: &Receivers<Self>,
+        vpls: &[Vpl],
+        maps: &IsmMaps<Self>,
+        interleave: u32,
+        gathered: &mut Gathered<Self>,
+        job: &Job,
+    ) -> Result<()> {
+        self.run_gather(receivers, vpls, maps, interleave, gathered, job)
+    }
+
+    fn indirect_filter(
+        &mut self,
+        receivers: &Receivers<Self>,
+        irradiance: &GpuGrid<Vec4>,
+        window: Window,
+        job: &Job,
+    ) -> Result<GpuGrid<Vec4>> {
+        self.run_indirect_filter(receivers, irradiance, window, job)
+    }
+
+    fn photons(
+        &mut self,
+        receivers: &Receivers<Self>,
+        map: &PhotonMap,
+        irradiance: &mut GpuGrid<Vec4>,
+        job: &Job,
+    ) -> Result<()> {
+        self.run_photons(receivers, map, irradiance, job)
+    }
+
+    fn add_indirect(
+        &mut self,
+        albedo: &GpuGrid<Vec4>,
+        light: &Gathered<Self>,
+        settings: &GiSettings,
+        radiance: &mut GpuGrid<Vec4>,
+        job: &Job,
+    ) -> Result<()> {
+        self.run_add_indirect(albedo, light, settings, radiance, job)
     }
 
     fn blend(

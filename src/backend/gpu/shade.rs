@@ -38,10 +38,10 @@ gpu_struct! {
         split: u32,
         /// 1 where the radiance so far is none.
         first: u32,
-        /// The struct's size is a multiple of 16.
-        pad0: u32,
-        /// As `pad0`.
-        pad1: u32,
+        /// 1 where the cone is a square pyramid, full all over.
+        pyramid: u32,
+        /// What colours are multiplied with to be reflectances.
+        albedo_scale: f32,
     }
 }
 
@@ -134,8 +134,8 @@ impl Gpu {
                 bias: settings.light_bias,
                 split,
                 first: u32::from(spots.is_empty()),
-                pad0: 0,
-                pad1: 0,
+                pyramid: u32::from(light.pyramid),
+                albedo_scale: settings.albedo_scale,
             };
             spots.push(Spot { params, low, high });
         }

@@ -1,15 +1,19 @@
-//! The table of shaders, and the linker that puts `#import`s into them.
+//! The table of shaders.
 
 use super::accumulate::HitParams;
 use super::blend::BlendParams;
 use super::curvature::CurvatureParams;
 use super::edl::EdlParams;
 use super::fill::{CoverageParams, RingParams};
+use super::gather::{FilterParams, GatherParams};
 use super::guided::{BeamNode, FieldParams, GuidedParams};
+use super::ism::IsmParams;
 use super::kernel::{PIXEL_GROUP, POINT_GROUP};
 use super::layout::{GpuStruct, Layout};
 use super::mirror_pixels::MirrorPixelsParams;
+use super::photons::{AddParams, PhotonParams};
 use super::pull_push::{Cell, PullParams, PushParams};
+use super::receivers::{MirrorReceiverParams, ReceiverParams};
 use super::root_find::{DistributeParams, Region, RootFindParams};
 use super::shade::{LightParams, ShadeMirrorParams, ShadeParams};
 use super::smooth::SmoothParams;
@@ -17,12 +21,20 @@ use super::splat::{ClearParams, LightCloseParams, SplatParams};
 use super::surface::{EyeParams, ReflectedRaysParams, SurfaceParams};
 use crate::camera::Pinhole;
 use crate::cloud::SHININESS_LOG_RANGE;
-use crate::error::{Error, Result};
 use crate::gbuffer::disc::{BOUNDS_SLACK, EDGE_ON_COSINE_SQUARED, MAX_TOLERANCE_SLOPE, RIM};
 use crate::gbuffer::fill::{AGREE_SPACINGS, MIN_NEIGHBOURS};
 use crate::gbuffer::leak::LEAK_NEIGHBOURS;
 use crate::gbuffer::smooth::{DEPTH_SPACINGS, NORMAL_DIFFERENCE};
+use crate::gi::add_indirect::MIN_LUMINANCE;
+use crate::gi::gather::RESIDUAL_SOFTENING;
+use crate::gi::indirect_filter::{NORMAL_COSINE, PLANE_SLOPE, PLANE_SPACINGS};
+use crate::gi::ism::{
+    BIAS, BIAS_TEXELS, DISTANCE_BASE, DISTANCE_MAX, DISTANCE_SHIFT, OWN_COSINE, OWN_HEIGHT,
+    OWN_REACH, REACH, SURFEL_BITS,
+};
+use crate::gi::photons::Photon;
 use crate::gi::shade::RECEIVER_COSINE;
+use crate::gi::vpl::Vpl;
 use crate::reflect::Hit;
 use crate::reflect::sscr::accumulate::{DEPTH_RANGE, LARGEST_REACH};
 use crate::reflect::sscr::charts::MAP_SIDE;
@@ -74,6 +86,14 @@ const COSINE: (&str, f64) = ("SMALLEST_COSINE", SMALLEST_COSINE as f64);
 
 const RECEIVER: (&str, f64) = ("RECEIVER_COSINE", RECEIVER_COSINE as f64);
 const SHININESS: (&str, f64) = ("SHININESS_LOG_RANGE", SHININESS_LOG_RANGE as f64);
+const SURFEL_KEY: (&str, f64) = ("SURFEL_BITS", SURFEL_BITS as f64);
+
+/// Constants of the distances in `shared/ism.wgsl`.
+const DISTANCE_KEY: [(&str, f64); 3] = [
+    ("DISTANCE_SHIFT", DISTANCE_SHIFT as f64),
+    ("DISTANCE_BASE", DISTANCE_BASE as f64),
+    ("DISTANCE_MAX", DISTANCE_MAX as f64),
+];
 
 /// Constants of `shared/disc.wgsl`, and the workgroup.
 const DISC: &[(&str, f64)] = &[
@@ -137,6 +157,59 @@ shader! {
 shader! {
     /// Adds the light of one spot.
     SHADE = "shade", &[PIXEL, RECEIVER]
+}
+shader! {
+    /// What the camera sees, as indirect light takes it.
+    RECEIVERS = "receivers", &[PIXEL]
+}
+shader! {
+    /// What the mirrors show, as indirect light takes it.
+    MIRROR_RECEIVERS = "mirror_receivers", &[PIXEL]
+}
+shader! {
+    /// The shadow maps of virtual point lights.
+    ISM = "ism", &[
+        POINT,
+        SURFEL_KEY,
+        DISTANCE_KEY[0],
+        DISTANCE_KEY[1],
+        DISTANCE_KEY[2],
+        ("EDGE_ON_COSINE_SQUARED", EDGE_ON_COSINE_SQUARED as f64),
+        ("REACH", REACH as f64),
+        ("OWN_COSINE", OWN_COSINE as f64),
+        ("OWN_HEIGHT", OWN_HEIGHT as f64),
+        ("OWN_REACH", OWN_REACH as f64),
+    ]
+}
+shader! {
+    /// What virtual point lights send to every pixel.
+    GATHER = "gather", &[
+        PIXEL,
+        SURFEL_KEY,
+        DISTANCE_KEY[0],
+        DISTANCE_KEY[1],
+        DISTANCE_KEY[2],
+        ("BIAS", BIAS as f64),
+        ("BIAS_TEXELS", BIAS_TEXELS as f64),
+        ("RESIDUAL_SOFTENING", RESIDUAL_SOFTENING as f64),
+    ]
+}
+shader! {
+    /// Merges interleaved pixels in one direction.
+    INDIRECT_FILTER = "indirect_filter", &[
+        PIXEL,
+        ("PLANE_SLOPE", PLANE_SLOPE as f64),
+        ("PLANE_SPACINGS", PLANE_SPACINGS as f64),
+        ("NORMAL_COSINE", NORMAL_COSINE as f64),
+    ]
+}
+shader! {
+    /// Light that came by way of mirrors.
+    PHOTONS = "photons", &[PIXEL]
+}
+shader! {
+    /// Adds the radiance of the indirect light.
+    ADD_INDIRECT = "add_indirect", &[PIXEL, ("MIN_LUMINANCE", MIN_LUMINANCE as f64)]
 }
 shader! {
     /// Eye-dome lighting.
@@ -248,12 +321,14 @@ pub const SHARED: &[(&str, &str)] = shared![
     "depth_key",
     "disc",
     "distribute",
+    "dot3",
     "eye",
     "field",
     "hit",
     "hit_params",
     "hit_splat",
     "hits",
+    "ism",
     "light",
     "mirror_space",
     "neighbours",
@@ -261,6 +336,7 @@ pub const SHARED: &[(&str, &str)] = shared![
     "pinhole",
     "plane_depth",
     "pull",
+    "receiver",
     "ring",
     "root_find",
     "splat",
@@ -283,6 +359,13 @@ pub const SHADERS: &[Shader] = &[
     COVERAGE,
     SMOOTH,
     SHADE,
+    RECEIVERS,
+    MIRROR_RECEIVERS,
+    ISM,
+    GATHER,
+    INDIRECT_FILTER,
+    PHOTONS,
+    ADD_INDIRECT,
     EDL,
     SURFACE,
     REFLECTED_RAYS,
@@ -312,6 +395,15 @@ pub const LAYOUTS: &[Layout] = &[
     CoverageParams::LAYOUT,
     SmoothParams::LAYOUT,
     ShadeParams::LAYOUT,
+    ReceiverParams::LAYOUT,
+    MirrorReceiverParams::LAYOUT,
+    IsmParams::LAYOUT,
+    GatherParams::LAYOUT,
+    FilterParams::LAYOUT,
+    PhotonParams::LAYOUT,
+    AddParams::LAYOUT,
+    Vpl::LAYOUT,
+    Photon::LAYOUT,
     EdlParams::LAYOUT,
     SurfaceParams::LAYOUT,
     EyeParams::LAYOUT,
@@ -333,63 +425,3 @@ pub const LAYOUTS: &[Layout] = &[
     ShadeMirrorParams::LAYOUT,
     BlendParams::LAYOUT,
 ];
-
-/// Puts the files of `shaders/shared` in the place of the `#import` lines that name them, each once.
-///
-/// # Errors
-/// Where a name is not in `shared`.
-pub fn link(source: &str, shared: &[(&str, &str)]) -> Result<String> {
-    let mut linked = String::new();
-    let mut seen = Vec::new();
-    append(source, shared, &mut seen, &mut linked)?;
-    Ok(linked)
-}
-
-fn append<'a>(
-    source: &'a str,
-    shared: &[(&str, &'a str)],
-    seen: &mut Vec<&'a str>,
-    linked: &mut String,
-) -> Result<()> {
-    for line in source.lines() {
-        let Some(name) = line.strip_prefix("#import ").map(str::trim) else {
-            linked.push_str(line);
-            linked.push('\n');
-            continue;
-        };
-        if seen.contains(&name) {
-            continue;
-        }
-        seen.push(name);
-        let Some((_, text)) = shared.iter().find(|(known, _)| *known == name) else {
-            return Err(Error::Gpu(format!(
-                "a shader imports {name:?}, which does not exist"
-            )));
-        };
-        append(text, shared, seen, linked)?;
-    }
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const FILES: &[(&str, &str)] = &[("a", "#import b\nA"), ("b", "#import a\nB")];
-
-    #[test]
-    fn an_import_is_replaced_once_even_in_a_cycle() {
-        assert_eq!(
-            link("#import a\n#import b\nC", FILES).expect("known names"),
-            "B\nA\nC\n"
-        );
-    }
-
-    #[test]
-    fn an_unknown_import_is_refused_by_name() {
-        let error = link("#import c", FILES)
-            .expect_err("there is no c")
-            .to_string();
-        assert!(error.contains("\"c\""), "{error}");
-    }
-}

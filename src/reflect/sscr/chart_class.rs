@@ -28,10 +28,10 @@ pub const CHART_CLASS: u8 = 0b111;
 const REACH: usize = 2;
 
 /// The slope of a normal that counts, in multiples of its noise.
-const NOISES: f32 = 3.0;
+const NOISES: f32 = 5.0;
 
 /// Pixels between which noise is measured: farther apart than smoothing (`splat.smooth`) ties them to each other.
-const LAG: usize = 3;
+const LAG: usize = 5;
 
 /// The class of every mirror pixel, with the steps of `curvature` ([`X_STEP`], [`Y_STEP`]); 0 where there is no mirror.
 pub fn chart_class(surface: &Surface<Cpu>, curvature: &Grid<u8>) -> Grid<u8> {

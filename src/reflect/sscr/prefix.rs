@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::timing::Timings;
 
 /// Points of the first part.
-pub const FIRST: usize = 1 << 15;
+pub const FIRST: usize = 1 << 11;
 
 /// Hits a mirror pixel that are enough: more points sharpen nothing that the pixels could show.
 ///

@@ -11,17 +11,23 @@ use crate::scene::{SceneCamera, SceneLight, keys};
 pub(super) fn light(field: &Field<'_>) -> Result<SceneLight> {
     let table = field.table(keys::LIGHT)?;
     let kind = table.required("kind", "\"spot\"")?;
-    if kind.choice(&["spot", "point"])? == "point" {
-        return kind.error(
-            "is \"point\", which this version does not light; the kinds there are: \"spot\"",
-        );
-    }
+    let is_point = kind.choice(&["spot", "point"])? == "point";
     let position = table.required("position", "[x, y, z]")?.point()?;
-    let target_field = table.required("target", "[x, y, z]")?;
-    let target = target_field.point()?;
-    if (target - position).try_normalize().is_none() {
-        return target_field.error("is the light's position; it must be what the light points at");
-    }
+    let target = if is_point {
+        for key in ["target", "inner_angle_degrees", "outer_angle_degrees"] {
+            table.optional(key, |f| {
+                f.error::<()>("is of spots; a light of kind \"point\" shines in all directions")
+            })?;
+        }
+        None
+    } else {
+        let field = table.required("target", "[x, y, z]")?;
+        let target = field.point()?;
+        if (target - position).try_normalize().is_none() {
+            return field.error("is the light's position; it must be what the light points at");
+        }
+        Some(target)
+    };
     let intensity = table
         .required("intensity", "[6, 6, 6]")?
         .numbers("[red, green, blue]", &AMOUNT)?;

@@ -1,0 +1,305 @@
+//! Indirect light, written once for all backends: virtual point lights bounce by bounce, their maps, and what the pixels gather.
+
+use glam::{UVec2, Vec3, Vec4};
+
+use super::bounce::{Met, area, cosine_direction, meet, thin, world_from_vpl};
+use super::gather::Gathered;
+use super::indirect_filter::Window;
+use super::ism::{IsmMaps, Slices};
+use super::mirror_light::{Leg, MirrorPaths};
+use super::photons::PhotonMap;
+use super::receivers::Receivers;
+use super::vpl::{Arrival, LitMap, VPL_MAP_SIDE, Vpl, luminance, radical_inverse, vpls};
+use super::{GiSettings, SpotLight};
+use crate::backend::{Backend, Cloud};
+use crate::camera::Pinhole;
+use crate::error::Result;
+use crate::gbuffer::{GBuffer, SplatSettings};
+use crate::job::Job;
+
+/// Photons by way of mirrors, of all lights of a bounce together.
+const PHOTONS: usize = 1 << 14;
+
+/// Lights to draw indirect light from, and the settings of all stages on the way.
+pub struct IndirectSources<'a> {
+    /// The scene's lights, each with its projection.
+    pub lights: &'a [(SpotLight, Pinhole)],
+    /// Whether the cloud has mirrors.
+    pub has_mirrors: bool,
+    /// How points are splatted into what a light sees.
+    pub splat: &'a SplatSettings,
+    /// How the light reaches the points.
+    pub gi: &'a GiSettings,
+}
+
+/// Finds the indirect light. Keeps the tree for light by way of mirrors between frames.
+#[derive(Debug, Default)]
+pub struct Illuminator {
+    paths: Option<MirrorPaths>,
+}
+
+/// A picture that receives light, and what it has received.
+struct Lit<B: Backend> {
+    receivers: Receivers<B>,
+    gathered: Gathered<B>,
+}
+
+impl Illuminator {
+    /// The indirect light that arrives in every picture of `receivers`, merged and spread.
+    ///
+    /// # Errors
+    /// What the backend meets, [`crate::Error::Cancelled`].
+    pub fn indirect<B: Backend>(
+        &mut self,
+        backend: &mut B,
+        cloud: &Cloud<B>,
+        sources: &IndirectSources<'_>,
+        receivers: Vec<Receivers<B>>,
+        job: &Job,
+    ) -> Result<Vec<Gathered<B>>> {
+        let gi = sources.gi;
+        let paths = self.paths(backend, cloud, sources, job)?;
+        let mut lit = Vec::new();
+        for receivers in receivers {
+            let gathered = Gathered {
+                irradiance: dark(backend, receivers.size)?,
+                residual: dark(backend, receivers.size)?,
+            };
+            lit.push(Lit {
+                receivers,
+                gathered,
+            });
+        }
+
+        // The first lights, and what they reflect: no later light reflects more.
+        let maps = lit_maps(backend, cloud, sources, job)?;
+        let mut lights = (backend.timings()).time("vpl", || vpls(&maps, gi.vpl_count));
+        let share = lights.first().map_or(0.0, |vpl| luminance(vpl.flux));
+        let slices = Slices::of(cloud.surfels.len(), gi.ism_size, gi.ism_points);
+        let scene_area = area(&cloud.surfels);
+        let mut photons = match paths {
+            Some(paths) if gi.caustics => caustics(paths, &maps, backend, job)?,
+            _ => Vec::new(),
+        };
+        drop(maps);
+
+        let mut number = 0;
+        for bounce in 1..=gi.bounces {
+            job.progress(
+                "indirect light",
+                u64::from(bounce) - 1,
+                u64::from(gi.bounces),
+            )?;
+            let mut arrived = Vec::new();
+            for batch in lights.chunks_mut(slices.batch()) {
+                for vpl in batch.iter_mut() {
+                    vpl.slice = slices.first(number);
+                    number += 1;
+                }
+                let isms = backend.ism(&cloud.points, batch, slices, job)?;
+                let shares = brighter(batch, gi.interleave);
+                for lit in &mut lit {
+                    let (receivers, gathered) = (&lit.receivers, &mut lit.gathered);
+                    backend.gather(receivers, &shares, &isms, gi.interleave, gathered, job)?;
+                }
+                if bounce < gi.bounces {
+                    arrived.extend(next(backend, cloud, batch, &isms, paths, gi, number, job)?);
+                }
+            }
+            if let Some(paths) = paths {
+                photons.extend(by_mirrors(paths, &lights, backend, job)?);
+            }
+            lights = thin(&arrived, share, scene_area);
+        }
+
+        let map = PhotonMap::new(&photons, &cloud.surfels, scene_area);
+        let mut done = Vec::new();
+        for Lit {
+            receivers,
+            gathered,
+        } in lit
+        {
+            let mut light = merged(backend, &receivers, gathered, gi, job)?;
+            if !map.photons.is_empty() {
+                backend.photons(&receivers, &map, &mut light.irradiance, job)?;
+            }
+            done.push(light);
+        }
+        Ok(done)
+    }
+
+    /// The tree for light by way of mirrors, where it is wanted.
+    fn paths<B: Backend>(
+        &mut self,
+        backend: &mut B,
+        cloud: &Cloud<B>,
+        sources: &IndirectSources<'_>,
+        job: &Job,
+    ) -> Result<Option<&MirrorPaths>> {
+        let wanted = sources.has_mirrors && (sources.gi.mirror_light || sources.gi.caustics);
+        if !wanted {
+            return Ok(None);
+        }
+        let kept = (self.paths.take()).filter(|paths| paths.is_for(&cloud.surfels));
+        let paths = match kept {
+            Some(paths) => paths,
+            None => MirrorPaths::new(&cloud.surfels, backend.timings(), job)?,
+        };
+        Ok(Some(self.paths.insert(paths)))
+    }
+}
+
+/// Lights as each of n x n pixels sees its part of them.
+fn brighter(vpls: &[Vpl], interleave: u32) -> Vec<Vpl> {
+    let parts = (interleave * interleave) as f32;
+    let brighter = |vpl: &Vpl| Vpl {
+        flux: vpl.flux * parts,
+        incident: vpl.incident * parts,
+        ..*vpl
+    };
+    vpls.iter().map(brighter).collect()
+}
+
+fn dark<B: Backend>(backend: &mut B, size: UVec2) -> Result<B::Grid<Vec4>> {
+    backend.write(size, &vec![Vec4::ZERO; size.x as usize * size.y as usize])
+}
+
+/// What interleaved pixels gathered together, and what bounding left out, spread over the surface around.
+fn merged<B: Backend>(
+    backend: &mut B,
+    receivers: &Receivers<B>,
+    gathered: Gathered<B>,
+    gi: &GiSettings,
+    job: &Job,
+) -> Result<Gathered<B>> {
+    let Gathered {
+        mut irradiance,
+        mut residual,
+    } = gathered;
+    let merging = Window::of(gi.interleave * gi.filter, 1);
+    if merging.reach > 0 {
+        irradiance = backend.indirect_filter(receivers, &irradiance, merging, job)?;
+        residual = backend.indirect_filter(receivers, &residual, merging, job)?;
+    }
+    for window in Window::spreading(gi.interleave) {
+        residual = backend.indirect_filter(receivers, &residual, window, job)?;
+    }
+    Ok(Gathered {
+        irradiance,
+        residual,
+    })
+}
+
+/// What every light sees, in main memory.
+fn lit_maps<B: Backend>(
+    backend: &mut B,
+    cloud: &Cloud<B>,
+    sources: &IndirectSources<'_>,
+    job: &Job,
+) -> Result<Vec<LitMap>> {
+    let mut maps = Vec::new();
+    for (light, pinhole) in sources.lights {
+        let gbuffer = backend.splat(&cloud.points, pinhole, sources.splat, job)?;
+        let mut albedo = backend.take(gbuffer.albedo)?;
+        for value in albedo.values_mut() {
+            *value *= Vec3::splat(sources.gi.albedo_scale).extend(1.0);
+        }
+        maps.push(LitMap {
+            light: *light,
+            gbuffer: GBuffer {
+                pinhole: gbuffer.pinhole,
+                surface: backend.take(gbuffer.surface)?,
+                albedo,
+                material: backend.take(gbuffer.material)?,
+            },
+        });
+    }
+    Ok(maps)
+}
+
+/// The projection of the map from which a light's virtual lights are drawn.
+pub fn vpl_pinhole(light: &SpotLight, reach: f32) -> Pinhole {
+    light.pinhole(VPL_MAP_SIDE, reach)
+}
+
+/// Where the light of a batch arrives next, mirrors passed.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the inputs of a stage, each of another kind"
+)]
+fn next<B: Backend>(
+    backend: &mut B,
+    cloud: &Cloud<B>,
+    batch: &[Vpl],
+    isms: &IsmMaps<B>,
+    paths: Option<&MirrorPaths>,
+    gi: &GiSettings,
+    number: u64,
+    job: &Job,
+) -> Result<Vec<Arrival>> {
+    let surfels = &cloud.surfels;
+    let keys = backend.read(&isms.keys)?;
+    let texels = (isms.slices.side * isms.slices.side) as usize;
+    let rays = batch.iter().zip(keys.chunks(texels)).zip(number..);
+    let (mut arrivals, mut legs) = (Vec::new(), Vec::new());
+    for ((vpl, map), ray) in rays {
+        match meet(surfels, vpl, map, &isms.slices, gi.albedo_scale, ray) {
+            Some(Met::Surface(arrival)) => arrivals.push(arrival),
+            Some(Met::Mirror(leg)) => legs.push(leg),
+            None => {}
+        }
+    }
+    drop(keys);
+    if let Some(paths) = paths.filter(|_| gi.mirror_light && !legs.is_empty()) {
+        let landed = backend
+            .timings()
+            .time("mirror_light", || paths.follow(&legs, job))?;
+        arrivals.extend(landed.into_iter().map(|mut arrival| {
+            arrival.albedo *= gi.albedo_scale;
+            arrival
+        }));
+    }
+    Ok(arrivals)
+}
+
+/// Where light of `lights` lands by way of mirrors: as many rays of each as [`PHOTONS`] allow.
+fn by_mirrors<B: Backend>(
+    paths: &MirrorPaths,
+    lights: &[Vpl],
+    backend: &mut B,
+    job: &Job,
+) -> Result<Vec<Arrival>> {
+    let each = (PHOTONS / lights.len().max(1)).max(1) as u64;
+    let mut legs = Vec::new();
+    for (vpl, v) in lights.iter().zip(0u64..) {
+        for k in 0..each {
+            let number = v * each + k + 1;
+            let d = cosine_direction(radical_inverse(number, 2), radical_inverse(number, 3));
+            let direction = world_from_vpl(vpl, d);
+            legs.push(Leg {
+                origin: vpl.position,
+                normal: vpl.normal,
+                spacing: vpl.spacing,
+                direction,
+                flux: vpl.flux_towards(direction) / each as f32,
+            });
+        }
+    }
+    backend.timings().time("mirror_light", || {
+        let mirrored = paths.mirrored(&legs, job)?;
+        paths.follow(&mirrored, job)
+    })
+}
+
+/// Where the lights' own light lands by way of mirrors.
+fn caustics<B: Backend>(
+    paths: &MirrorPaths,
+    maps: &[LitMap],
+    backend: &mut B,
+    job: &Job,
+) -> Result<Vec<Arrival>> {
+    backend.timings().time("mirror_light", || {
+        let legs: Vec<Leg> = maps.iter().flat_map(LitMap::mirrored).collect();
+        paths.follow(&legs, job)
+    })
+}
