@@ -39,7 +39,7 @@ impl Experiment {
             path: path.into(),
             line: e
                 .span()
-                .map(|span| text[..span.start].lines().count().max(1)),
+                .map(|span| text[..span.start].matches('\n').count() + 1),
             problem: e.message().lines().next().unwrap_or("is wrong").to_owned(),
         })?;
         if let Some(folder) = path.parent() {

@@ -105,7 +105,7 @@ impl Comparison {
                 y: v.quality.mirrors.albedo_psnr.min(60.0),
                 spread: None,
             }],
-            line: false,
+            line: Vec::new(),
         });
         Ok(Plot {
             title: "What the mirrors show, and what it takes".to_owned(),

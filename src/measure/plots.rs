@@ -35,10 +35,10 @@ pub struct Point {
 pub struct Series {
     /// For the legend; none where it is empty.
     pub name: String,
-    /// The points, in the order in which a line joins them.
+    /// The points.
     pub points: Vec<Point>,
-    /// Whether a line joins them.
-    pub line: bool,
+    /// What a line joins, in this order; nothing where it is empty.
+    pub line: Vec<Point>,
 }
 
 /// What a plot shows.
@@ -185,8 +185,8 @@ impl Plot {
                     chart.draw_series(LineSeries::new(bar, colour.mix(0.5).stroke_width(2)))?;
                 }
             }
-            if series.line {
-                let line = series.points.iter().map(|p| place(p, p.y));
+            if !series.line.is_empty() {
+                let line = series.line.iter().map(|p| place(p, p.y));
                 chart.draw_series(LineSeries::new(line, colour.stroke_width(2)))?;
             }
             let dots = series
@@ -238,7 +238,7 @@ mod tests {
             series: vec![Series {
                 name: "<i>".to_owned(),
                 points: vec![point(0.0), point(1.0)],
-                line: true,
+                line: vec![point(0.0), point(1.0)],
             }],
         };
         let svg = plot.svg().unwrap_or_default();

@@ -39,6 +39,9 @@ const TABLE: [(&str, usize); 14] = [
     ("picture_flip", 4),
 ];
 
+/// Tables of the scene file; other keys are settings.
+const SCENE_KEYS: [&str; 4] = ["cloud.", "camera.", "light.", "mirror."];
+
 /// A sweep, finished or not.
 pub struct SweepReport<'a> {
     title: &'a str,
@@ -173,12 +176,15 @@ impl<'a> SweepReport<'a> {
                 None => series.push(Series {
                     name,
                     points: vec![point],
-                    line: numbers.is_some(),
+                    line: Vec::new(),
                 }),
             }
         }
         for line in &mut series {
             line.points.sort_by(|a, b| a.x.total_cmp(&b.x));
+            if numbers.is_some() {
+                line.line.clone_from(&line.points);
+            }
         }
         Plot {
             title: what.to_owned(),
@@ -195,41 +201,51 @@ impl<'a> SweepReport<'a> {
         }
     }
 
-    /// Quality against time, and those that nothing beats in both.
+    /// Quality against time, and those that nothing beats in both; what shows another scene is of another kind.
     fn trade(&self) -> Plot {
-        let mut points: Vec<Point> = (self.combinations.iter())
-            .map(|frames| Point {
+        let mut series: Vec<Series> = Vec::new();
+        for frames in &self.combinations {
+            let values = frames
+                .first()
+                .map(|r| r.values.as_slice())
+                .unwrap_or_default();
+            let of_scene = self.vary.iter().zip(values).filter(|(vary, _)| {
+                vary.values.len() > 1 && SCENE_KEYS.iter().any(|table| vary.key.starts_with(table))
+            });
+            let name = of_scene
+                .map(|(_, v)| v.as_str())
+                .collect::<Vec<_>>()
+                .join(", ");
+            let point = Point {
                 x: spread(frames, "ratio").median,
                 y: spread(frames, "albedo_psnr").median.min(60.0),
                 spread: None,
-            })
-            .collect();
-        points.sort_by(|a, b| a.x.total_cmp(&b.x).then(b.y.total_cmp(&a.y)));
-        let mut front: Vec<Point> = Vec::new();
-        for point in &points {
-            if front.last().is_none_or(|best| point.y > best.y) {
-                front.push(*point);
+            };
+            match series.iter_mut().find(|s| s.name == name) {
+                Some(kind) => kind.points.push(point),
+                None => series.push(Series {
+                    name,
+                    points: vec![point],
+                    line: Vec::new(),
+                }),
+            }
+        }
+        for kind in &mut series {
+            (kind.points).sort_by(|a, b| a.x.total_cmp(&b.x).then(b.y.total_cmp(&a.y)));
+            for point in &kind.points {
+                if kind.line.last().is_none_or(|best| point.y > best.y) {
+                    kind.line.push(*point);
+                }
             }
         }
         Plot {
-            title: "Quality against time".to_owned(),
+            title: "Quality against time; lines join what nothing beats in both".to_owned(),
             x: Axis {
                 logarithmic: true,
                 ..Axis::new("frame, x reference")
             },
             y: Axis::new("albedo, dB (60 and more: no difference)"),
-            series: vec![
-                Series {
-                    name: "combinations".to_owned(),
-                    points,
-                    line: false,
-                },
-                Series {
-                    name: "Pareto front".to_owned(),
-                    points: front,
-                    line: true,
-                },
-            ],
+            series,
         }
     }
 
