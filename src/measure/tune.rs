@@ -1,6 +1,6 @@
 //! The settings to use: the best picture in a given time, or a given quality in the shortest.
 //!
-//! Candidates that fill the space of the settings evenly are measured by turns. The better half stays and is measured twice
+//! Candidates that fill the space of the settings evenly are judged by a frame each. The better half stays and is measured twice
 //! as often, until few are left [Karnin, Koren, Somekh 2013]; then what is near the best is tried, and the winner is measured
 //! anew, so that what is promised is not what happened to be fast once.
 
@@ -65,6 +65,8 @@ pub struct Tried {
     /// The values of the knobs.
     pub values: Vec<toml::Value>,
     settings: Settings,
+    /// Wall time of the first frame, x that of a reference: a first guess.
+    rough: f64,
     /// Wall time of each frame, x that of the reference beside it.
     pub(super) ratios: Vec<f64>,
     /// PSNR of the albedo in mirrors, dB.
@@ -89,7 +91,11 @@ pub struct Tuned {
 impl Tried {
     /// Wall time of a frame, x that of the reference.
     pub fn ratio(&self) -> Spread {
-        Spread::of(&self.ratios)
+        if self.ratios.is_empty() {
+            Spread::of(&[self.rough])
+        } else {
+            Spread::of(&self.ratios)
+        }
     }
 
     /// Whether this one is what is wanted.
@@ -137,14 +143,17 @@ pub fn tune(task: &TuneTask<'_>, job: &Job) -> Result<Tuned> {
         references: Vec::new(),
     };
 
-    job.progress("trying", 0, u64::from(task.candidates))?;
+    // Once the rays' tree is there.
+    tuner.measure(&mut [], 1, job)?;
     let mut tried = Vec::new();
     for (done, values) in tuner.start().into_iter().enumerate() {
         job.progress("trying", done as u64, u64::from(task.candidates))?;
         tried.extend(tuner.first(values, &tried, job)?);
     }
+    // The first frames tell enough of the worse half, which may be slow.
+    tuner.sort(&mut tried);
     let mut frames = 1;
-    let mut left = tried.len();
+    let mut left = tried.len().div_ceil(2).max(FINALISTS.min(tried.len()));
     while left > FINALISTS {
         tuner.measure(&mut tried[..left], frames, job)?;
         tuner.sort(&mut tried[..left]);
@@ -219,6 +228,7 @@ impl Tuner<'_> {
         Ok(Some(Tried {
             values,
             settings,
+            rough: run.cost.wall_ms / self.reference_ms().max(1e-9),
             ratios: Vec::new(),
             quality,
         }))
