@@ -1,11 +1,14 @@
 //! One frame, written once for all backends: the way of the data from surfels to radiance.
 
+use std::sync::Arc;
+
 use glam::{Vec3, Vec4};
 
 use crate::backend::{Backend, Cloud, LitBy};
 use crate::camera::Pinhole;
 use crate::error::Result;
 use crate::gbuffer::{Coverage, GBuffer};
+use crate::gi::environment::Environment;
 use crate::gi::{Illuminator, IndirectSources, SpotLight, vpl_pinhole};
 use crate::grid::Grid;
 use crate::job::Job;
@@ -22,6 +25,8 @@ pub struct View {
     pub pinhole: Pinhole,
     /// The lights, relative to the scene's origin.
     pub lights: Vec<SpotLight>,
+    /// Light from everywhere.
+    pub environment: Option<Arc<Environment>>,
     /// The scene's box, relative to its origin: lights reach to its farthest corner.
     pub bounds: (Vec3, Vec3),
 }
@@ -141,6 +146,8 @@ pub fn frame<B: Backend>(
         }
         let sources = IndirectSources {
             lights: &view.vpl_lights(),
+            environment: view.environment.as_deref(),
+            bounds: view.bounds,
             has_mirrors: plan.runs(Stage::Reflect, true),
             splat: &settings.splat,
             gi: &settings.gi,

@@ -139,6 +139,7 @@ mod tests {
             points: 100,
             mirror_points,
             lights: 1,
+            environment: false,
         };
         let rendering = Rendering {
             size,

@@ -61,6 +61,8 @@ pub struct SceneFacts {
     pub mirror_points: u64,
     /// Lights.
     pub lights: usize,
+    /// Whether there is light from everywhere.
+    pub environment: bool,
 }
 
 /// What a frame runs, stage by stage.
@@ -78,6 +80,9 @@ impl Plan {
         let skip = |reason: &str| State::Skip(reason.into());
         let count = |n: u64, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
         let lights = count(facts.lights as u64, "light");
+        // An environment is made of virtual lights.
+        let by_environment = facts.environment && settings.gi.vpl_count > 0;
+        let unlit = facts.lights == 0 && !by_environment;
         let rows = vec![
             (Stage::Splat, run(count(facts.points, "point"))),
             (
@@ -108,17 +113,26 @@ impl Plan {
             ),
             (
                 Stage::Shade,
-                if facts.lights > 0 {
-                    run(lights)
-                } else {
-                    skip("no light")
+                match facts.lights {
+                    0 if unlit => skip("no light"),
+                    0 => run("the environment".into()),
+                    _ => run(lights),
                 },
             ),
             (
                 Stage::Indirect,
                 match (facts.lights, settings.gi.vpl_count) {
+                    (_, n) if by_environment => run(format!(
+                        "the environment, of {}, and {}",
+                        count(n.into(), "virtual light"),
+                        count(settings.gi.bounces.into(), "bounce")
+                    )),
+                    (_, 0) if facts.environment => skip(
+                        "gi.vpl_count is 0, and without virtual lights the environment has no light",
+                    ),
                     (0, _) => skip("no light"),
                     (_, 0) => skip("gi.vpl_count is 0"),
+                    _ if settings.gi.bounces == 0 => skip("gi.bounces is 0"),
                     (_, n) => run(format!(
                         "{} of the first of {}",
                         count(n.into(), "virtual light"),
@@ -128,11 +142,12 @@ impl Plan {
             ),
             (
                 Stage::Edl,
-                match (facts.lights, settings.image.edl_strength) {
-                    (0, 0.0) => {
+                match (unlit, settings.image.edl_strength) {
+                    (true, 0.0) => {
                         run("no light: the albedo as it is, image.edl_strength being 0".into())
                     }
-                    (0, _) => run("no light: the albedo, shaded by depth".into()),
+                    (true, _) => run("no light: the albedo, shaded by depth".into()),
+                    _ if facts.lights == 0 => skip("the environment lights the scene"),
                     _ => skip("the scene has a light"),
                 },
             ),
@@ -192,6 +207,7 @@ mod tests {
         points: 100,
         mirror_points: 10,
         lights: 1,
+        environment: false,
     };
 
     #[test]
@@ -210,6 +226,32 @@ mod tests {
         assert!(
             plan.runs(Stage::Shade, false) && !plan.runs(Stage::Edl, false),
             "{plan:?}"
+        );
+    }
+
+    #[test]
+    fn an_environment_is_light() {
+        let sky = SceneFacts {
+            lights: 0,
+            environment: true,
+            ..FACTS
+        };
+        let mut settings = Settings::default();
+        settings.gi.bounces = 0;
+        let plan = Plan::new(&sky, &settings);
+        assert!(
+            plan.runs(Stage::Indirect, false) && plan.runs(Stage::Shade, false),
+            "{plan:?}"
+        );
+        assert!(
+            !plan.runs(Stage::Edl, false) && !plan.runs(Stage::LightDepth, false),
+            "{plan:?}"
+        );
+        settings.gi.vpl_count = 0;
+        let plan = Plan::new(&sky, &settings);
+        assert!(
+            plan.runs(Stage::Edl, false) && !plan.runs(Stage::Shade, false),
+            "nothing is left to light it: {plan:?}"
         );
     }
 

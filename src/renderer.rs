@@ -12,7 +12,9 @@ use crate::cloud::Surfels;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Stages, View, frame};
 use crate::gbuffer::{Coverage, GBuffer};
+use crate::gi::background::background;
 use crate::grid::Grid;
+use crate::image::ImageSettings;
 use crate::job::Job;
 use crate::measure::BounceReport;
 use crate::memory::{GridsIn, Rendering};
@@ -245,16 +247,26 @@ impl<B: Backend> Session<B> {
             settings,
             job,
         )?;
+        let gbuffer = GBuffer {
+            pinhole: gbuffer.pinhole,
+            surface: backend.take(gbuffer.surface)?,
+            albedo: backend.take(gbuffer.albedo)?,
+            material: backend.take(gbuffer.material)?,
+        };
+        let mut radiance = backend.take(radiance)?;
+        let mirror = mirror.map(|mirror| mirror.take(backend)).transpose()?;
+        // Another background is as it was asked for.
+        let shows_sky = settings.image.background == ImageSettings::default().background;
+        if let Some(environment) = view.environment.as_deref().filter(|_| shows_sky) {
+            backend.timings().time("background", || {
+                background(environment, &gbuffer, mirror.as_ref(), &mut radiance);
+            });
+        }
         Ok(Products {
-            gbuffer: GBuffer {
-                pinhole: gbuffer.pinhole,
-                surface: backend.take(gbuffer.surface)?,
-                albedo: backend.take(gbuffer.albedo)?,
-                material: backend.take(gbuffer.material)?,
-            },
+            gbuffer,
             coverage,
-            radiance: backend.take(radiance)?,
-            mirror: mirror.map(|mirror| mirror.take(backend)).transpose()?,
+            radiance,
+            mirror,
             bounces,
             search_heat,
             passes: std::mem::take(backend.timings()).passes,

@@ -144,8 +144,8 @@ fn wrong_usage_ends_with_2() {
             "--set camera.size=0x0",
         ),
         (
-            "render room.toml --set environment.colour=1,1,1",
-            "[[light]]",
+            "render room.toml --set environment.colour=1,1,1 --set environment.map=sky.exr",
+            "both colour and map",
         ),
         ("generate sphre", "sphere"),
         ("generate bunny", "mesh"),

@@ -16,6 +16,7 @@ mod cameras;
 mod charted;
 mod cli;
 mod clouds;
+mod environment;
 mod evenness;
 mod extremes;
 mod forms;
@@ -58,6 +59,7 @@ fn main() {
         cameras::tests(),
         cli::tests(),
         clouds::tests(),
+        environment::tests(),
         evenness::tests(),
         extremes::tests(),
         generate::tests(),

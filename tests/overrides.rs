@@ -132,7 +132,7 @@ fn wrong_overrides_are_refused() {
         (".=1", "docs/SCENE_FILES.md"),
         ("cloud..path=1", "did you mean"),
         ("banana=1", "docs/SCENE_FILES.md"),
-        ("environment.colour=1,1,1", "[[light]]"),
+        ("environment.colour=1,1", "[red, green, blue]"),
         ("cloud.00.points=9", "cloud.0 only"),
         ("cloud.99999999999999999999.path=a", "cloud.0 only"),
     ];

@@ -79,6 +79,10 @@ intensity = [6, 6, 6]
 inner_angle_degrees = 25
 outer_angle_degrees = 35
 
+[environment]
+zenith = [0.2, 0.4, 1]
+horizon = [1, 0.8, 0.6]
+
 [camera]
 position = [0, 0, 0.9]
 target = [0, 0, -1]
@@ -332,9 +336,9 @@ fn wrong_files_are_refused() {
             "info --settings",
         ),
         (
-            "format = 1\n[[cloud]]\npath = \"a\"\n[environment]\ncolour = [1,1,1]\n",
-            4,
-            "remove it",
+            "format = 1\n[[cloud]]\npath = \"a\"\n[environment]\ncolour = [1,1,1]\nmap = \"sky.exr\"\n",
+            6,
+            "both colour and map",
         ),
         (
             "format = 1\n[[cloud]]\npath = \"a\"\n[camera]\nposition = [0, inf, 0]\n",

@@ -129,10 +129,19 @@ fn arrive(
     }))
 }
 
+/// Luminance of what an arrival reflects, W.
+fn weight(arrival: &Arrival) -> f64 {
+    f64::from(luminance(arrival.albedo * arrival.incident)).max(0.0)
+}
+
+/// The same of all.
+pub(super) fn reflected(arrivals: &[Arrival]) -> f32 {
+    arrivals.iter().map(weight).sum::<f64>() as f32
+}
+
 /// Lights of what arrived, thinned so that each reflects `share` (luminance, W), without bias: systematic resampling.
 /// `area` is that of the whole scene.
 pub(super) fn thin(arrivals: &[Arrival], share: f32, area: f32) -> Vec<Vpl> {
-    let weight = |a: &Arrival| f64::from(luminance(a.albedo * a.incident)).max(0.0);
     let total: f64 = arrivals.iter().map(weight).sum();
     let count = total / f64::from(share);
     if !(count > 0.0 && count.is_finite()) {

@@ -1,8 +1,10 @@
 //! Indirect light, written once for all backends: virtual point lights bounce by bounce, their maps, and what the pixels gather.
+//! The patches of an environment come first, as bounce 0: their light is direct.
 
 use glam::{UVec2, Vec3, Vec4};
 
-use super::bounce::{Met, area, cosine_direction, meet, thin, world_from_vpl};
+use super::bounce::{Met, area, cosine_direction, meet, reflected, thin, world_from_vpl};
+use super::environment::Environment;
 use super::gather::Gathered;
 use super::indirect_filter::Window;
 use super::ism::{IsmMaps, Slices};
@@ -20,10 +22,20 @@ use crate::job::Job;
 /// Photons by way of mirrors, of all lights of a bounce together.
 const PHOTONS: usize = 1 << 14;
 
+/// Rays by which each patch of an environment finds what it lights: most miss the scene.
+const SKY_RAYS: u64 = 8;
+
+/// Side of the map of a patch over that of other lights: from the sphere around it, the scene takes half of a map's width.
+const SKY_SIDE: u32 = 2;
+
 /// Lights to draw indirect light from, and the settings of all stages on the way.
 pub struct IndirectSources<'a> {
     /// The scene's lights, each with its projection.
     pub lights: &'a [(SpotLight, Pinhole)],
+    /// Light from everywhere.
+    pub environment: Option<&'a Environment>,
+    /// The scene's box, relative to its origin.
+    pub bounds: (Vec3, Vec3),
     /// Whether the cloud has mirrors.
     pub has_mirrors: bool,
     /// How points are splatted into what a light sees.
@@ -74,7 +86,7 @@ impl Illuminator {
         // The first lights, and what they reflect: no later light reflects more.
         let maps = lit_maps(backend, cloud, sources, job)?;
         let mut lights = (backend.timings()).time("vpl", || vpls(&maps, gi.vpl_count));
-        let share = lights.first().map_or(0.0, |vpl| luminance(vpl.flux));
+        let mut share = lights.first().map_or(0.0, |vpl| luminance(vpl.flux));
         let slices = Slices::of(cloud.surfels.len(), gi.ism_size, gi.ism_points);
         let scene_area = area(&cloud.surfels);
         let mut photons = match paths {
@@ -83,29 +95,35 @@ impl Illuminator {
         };
         drop(maps);
 
-        let mut number = 0;
+        let mut walk = Walk {
+            slices,
+            paths,
+            gi,
+            number: 0,
+        };
+        if let Some(environment) = sources.environment {
+            let mut sky = (backend.timings()).time("environment", || {
+                environment.vpls(sources.bounds, gi.vpl_count)
+            });
+            let rays = if gi.bounces > 0 { SKY_RAYS } else { 0 };
+            walk.slices.side *= SKY_SIDE;
+            let arrived = walk.send(backend, cloud, &mut sky, &mut lit, rays, job)?;
+            walk.slices = slices;
+            if let Some(paths) = paths.filter(|_| gi.caustics) {
+                photons.extend(by_mirrors(paths, &sky, backend, job)?);
+            }
+            // As many lights again as the lamps have.
+            share += reflected(&arrived) / gi.vpl_count.max(1) as f32;
+            lights = mixed(lights, thin(&arrived, share, scene_area));
+        }
         for bounce in 1..=gi.bounces {
             job.progress(
                 "indirect light",
                 u64::from(bounce) - 1,
                 u64::from(gi.bounces),
             )?;
-            let mut arrived = Vec::new();
-            for batch in lights.chunks_mut(slices.batch()) {
-                for vpl in batch.iter_mut() {
-                    vpl.slice = slices.first(number);
-                    number += 1;
-                }
-                let isms = backend.ism(&cloud.points, batch, slices, job)?;
-                let shares = brighter(batch, gi.interleave);
-                for lit in &mut lit {
-                    let (receivers, gathered) = (&lit.receivers, &mut lit.gathered);
-                    backend.gather(receivers, &shares, &isms, gi.interleave, gathered, job)?;
-                }
-                if bounce < gi.bounces {
-                    arrived.extend(next(backend, cloud, batch, &isms, paths, gi, number, job)?);
-                }
-            }
+            let rays = u64::from(bounce < gi.bounces);
+            let arrived = walk.send(backend, cloud, &mut lights, &mut lit, rays, job)?;
             if let Some(paths) = paths {
                 photons.extend(by_mirrors(paths, &lights, backend, job)?);
             }
@@ -147,6 +165,104 @@ impl Illuminator {
         };
         Ok(Some(self.paths.insert(paths)))
     }
+}
+
+/// The way of light from bounce to bounce.
+struct Walk<'a> {
+    slices: Slices,
+    paths: Option<&'a MirrorPaths>,
+    gi: &'a GiSettings,
+    /// Lights so far.
+    number: u64,
+}
+
+impl Walk<'_> {
+    /// Lets all pictures gather what `lights` send, and says where that arrives next, by so many rays a light.
+    fn send<B: Backend>(
+        &mut self,
+        backend: &mut B,
+        cloud: &Cloud<B>,
+        lights: &mut [Vpl],
+        lit: &mut [Lit<B>],
+        rays: u64,
+        job: &Job,
+    ) -> Result<Vec<Arrival>> {
+        let n = self.gi.interleave;
+        let mut arrived = Vec::new();
+        for batch in lights.chunks_mut(self.slices.batch()) {
+            for vpl in batch.iter_mut() {
+                vpl.slice = self.slices.first(self.number);
+                self.number += 1;
+            }
+            let isms = backend.ism(&cloud.points, batch, self.slices, job)?;
+            let shares = brighter(batch, n);
+            for lit in lit.iter_mut() {
+                let (receivers, gathered) = (&lit.receivers, &mut lit.gathered);
+                backend.gather(receivers, &shares, &isms, n, gathered, job)?;
+            }
+            if rays > 0 {
+                arrived.extend(self.next(backend, cloud, batch, &isms, rays, job)?);
+            }
+        }
+        Ok(arrived)
+    }
+
+    /// Where the light of a batch arrives next, mirrors passed.
+    fn next<B: Backend>(
+        &self,
+        backend: &mut B,
+        cloud: &Cloud<B>,
+        batch: &[Vpl],
+        isms: &IsmMaps<B>,
+        rays: u64,
+        job: &Job,
+    ) -> Result<Vec<Arrival>> {
+        let (surfels, scale) = (&cloud.surfels, self.gi.albedo_scale);
+        let keys = backend.read(&isms.keys)?;
+        let texels = (isms.slices.side * isms.slices.side) as usize;
+        let each = 1.0 / rays as f32;
+        let (mut arrivals, mut legs) = (Vec::new(), Vec::new());
+        let lights = batch.iter().zip(keys.chunks(texels)).zip(self.number..);
+        for ((vpl, map), number) in lights {
+            for ray in number * rays..(number + 1) * rays {
+                match meet(surfels, vpl, map, &isms.slices, scale, ray) {
+                    Some(Met::Surface(mut arrival)) => {
+                        arrival.incident *= each;
+                        arrivals.push(arrival);
+                    }
+                    Some(Met::Mirror(mut leg)) => {
+                        leg.flux *= each;
+                        legs.push(leg);
+                    }
+                    None => {}
+                }
+            }
+        }
+        drop(keys);
+        let wanted = self.gi.mirror_light && !legs.is_empty();
+        if let Some(paths) = self.paths.filter(|_| wanted) {
+            let landed = backend
+                .timings()
+                .time("mirror_light", || paths.follow(&legs, job))?;
+            arrivals.extend(landed.into_iter().map(|mut arrival| {
+                arrival.albedo *= scale;
+                arrival
+            }));
+        }
+        Ok(arrivals)
+    }
+}
+
+/// Lights of two lists, evenly mixed, so that runs hold both in proportion.
+fn mixed(a: Vec<Vpl>, b: Vec<Vpl>) -> Vec<Vpl> {
+    let placed = |vpls: Vec<Vpl>| {
+        let count = vpls.len() as f64;
+        let place = move |(i, vpl)| ((i as f64 + 0.5) / count, vpl);
+        vpls.into_iter().enumerate().map(place)
+    };
+    let mut all: Vec<(f64, Vpl)> = placed(a).chain(placed(b)).collect();
+    all.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    all.into_iter().map(|(_, vpl)| vpl).collect()
 }
 
 /// Lights as each of n x n pixels sees its part of them.
@@ -220,46 +336,6 @@ fn lit_maps<B: Backend>(
 /// The projection of the map from which a light's virtual lights are drawn.
 pub fn vpl_pinhole(light: &SpotLight, reach: f32) -> Pinhole {
     light.pinhole(VPL_MAP_SIDE, reach)
-}
-
-/// Where the light of a batch arrives next, mirrors passed.
-#[expect(
-    clippy::too_many_arguments,
-    reason = "the inputs of a stage, each of another kind"
-)]
-fn next<B: Backend>(
-    backend: &mut B,
-    cloud: &Cloud<B>,
-    batch: &[Vpl],
-    isms: &IsmMaps<B>,
-    paths: Option<&MirrorPaths>,
-    gi: &GiSettings,
-    number: u64,
-    job: &Job,
-) -> Result<Vec<Arrival>> {
-    let surfels = &cloud.surfels;
-    let keys = backend.read(&isms.keys)?;
-    let texels = (isms.slices.side * isms.slices.side) as usize;
-    let rays = batch.iter().zip(keys.chunks(texels)).zip(number..);
-    let (mut arrivals, mut legs) = (Vec::new(), Vec::new());
-    for ((vpl, map), ray) in rays {
-        match meet(surfels, vpl, map, &isms.slices, gi.albedo_scale, ray) {
-            Some(Met::Surface(arrival)) => arrivals.push(arrival),
-            Some(Met::Mirror(leg)) => legs.push(leg),
-            None => {}
-        }
-    }
-    drop(keys);
-    if let Some(paths) = paths.filter(|_| gi.mirror_light && !legs.is_empty()) {
-        let landed = backend
-            .timings()
-            .time("mirror_light", || paths.follow(&legs, job))?;
-        arrivals.extend(landed.into_iter().map(|mut arrival| {
-            arrival.albedo *= gi.albedo_scale;
-            arrival
-        }));
-    }
-    Ok(arrivals)
 }
 
 /// Where light of `lights` lands by way of mirrors: as many rays of each as [`PHOTONS`] allow.

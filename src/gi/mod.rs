@@ -1,7 +1,9 @@
 //! Light: shadow maps, virtual point lights with imperfect shadow maps, and shading.
 
 pub mod add_indirect;
+pub mod background;
 mod bounce;
+pub mod environment;
 pub mod gather;
 mod indirect;
 pub mod indirect_filter;
@@ -12,6 +14,7 @@ mod mirror_light;
 pub mod photons;
 pub mod receivers;
 pub mod shade;
+pub mod sky_map;
 pub mod vpl;
 
 pub use indirect::{Illuminator, IndirectSources, vpl_pinhole};
@@ -29,11 +32,11 @@ settings_group! {
         /// The receiver's own plane is compared, so the result hardly depends on it.
         light_bias: f32 = 2.0, 0.0..=100.0, "x spacing";
         /// Virtual point lights of the first bounce, from which indirect light comes; later bounces have fewer, each with the
-        /// same flux. 0 leaves direct light alone. Cost grows with it, error falls with its square root.
+        /// same flux. An environment is as many. 0 leaves the light of lamps alone. Cost grows with it, error falls with its square root.
         vpl_count: u32 = 256, 0..=65536, "lights";
         /// Diffuse bounces of indirect light. Each holds about half of the one before and costs about half: 3 leave out 12 % of
-        /// the indirect light of the sphere scene, 5 leave out 7 %, 8 leave out 5 %.
-        bounces: u32 = 5, 1..=16, "bounces";
+        /// the indirect light of the sphere scene, 5 leave out 7 %, 8 leave out 5 %. 0 leaves direct light, of lamps and environment.
+        bounces: u32 = 5, 0..=16, "bounces";
         /// Pixels of a block, n x n, that share the lights: each takes another n^2-th part, and a filter merges them
         /// [Keller and Heidrich 2001]. 1 lets every pixel gather every light.
         interleave: u32 = 4, 1..=8, "pixels";

@@ -3,7 +3,15 @@
 use crate::settings::Settings;
 
 /// Keys of the document.
-pub(super) const ROOT: &[&str] = &["format", "cloud", "mirror", "light", "camera", "settings"];
+pub(super) const ROOT: &[&str] = &[
+    "format",
+    "cloud",
+    "mirror",
+    "light",
+    "environment",
+    "camera",
+    "settings",
+];
 /// Keys of a `[[cloud]]`.
 pub(super) const CLOUD: &[&str] = &[
     "path",
@@ -42,6 +50,8 @@ pub(super) const LIGHT: &[&str] = &[
     "inner_angle_degrees",
     "outer_angle_degrees",
 ];
+/// Keys of `[environment]`.
+pub(super) const ENVIRONMENT: &[&str] = &["colour", "zenith", "horizon", "map"];
 /// Keys of `[camera]`.
 pub(super) const CAMERA: &[&str] = &[
     "position",
@@ -75,6 +85,7 @@ pub(super) fn patterns() -> Vec<String> {
     };
     let mut all: Vec<String> = Settings::describe().into_iter().map(|d| d.key).collect();
     all.extend(under("camera", CAMERA));
+    all.extend(under("environment", ENVIRONMENT));
     all.extend(
         under("cloud.N", CLOUD)
             .into_iter()

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{CloudSource, MirrorShape, Scene, SceneCloud};
+use super::{CloudSource, MirrorShape, Scene, SceneCloud, SceneEnvironment};
 use crate::camera::Camera;
 use crate::cloud::generate::{Shape, generate, sample_mirror};
 use crate::cloud::{
@@ -16,6 +16,8 @@ use crate::cloud::{
 use crate::error::Result;
 use crate::frame::View;
 use crate::gi::SpotLight;
+use crate::gi::environment::{Environment, Sky};
+use crate::gi::sky_map::SkyMap;
 use crate::job::Job;
 use crate::plan::{Plan, SceneFacts};
 use crate::settings::Settings;
@@ -31,6 +33,8 @@ pub struct LoadedScene {
     pub camera: Camera,
     /// Relative to the origin of the surfels; point lights in their six parts.
     pub lights: Vec<SpotLight>,
+    /// Light from everywhere.
+    pub environment: Option<Arc<Environment>>,
     /// Which axis points up.
     pub up_axis: UpAxis,
 }
@@ -46,6 +50,7 @@ impl LoadedScene {
         Ok(View {
             pinhole: self.camera.pinhole(origin)?,
             lights: self.lights.clone(),
+            environment: self.environment.clone(),
             bounds: ((min - origin).as_vec3(), (max - origin).as_vec3()),
         })
     }
@@ -58,6 +63,7 @@ impl LoadedScene {
             points: self.facts.points,
             mirror_points: self.facts.mirror_points,
             lights: self.lights.len() - pyramids + pyramids / 6,
+            environment: self.environment.is_some(),
         };
         Plan::new(&facts, settings)
     }
@@ -70,6 +76,9 @@ impl Scene {
     /// What reading, generating and preparing meet; [`crate::Error::Scene`] or [`crate::Error::Override`] for a camera
     /// that cannot see.
     pub fn load(&self, job: &Job) -> Result<LoadedScene> {
+        // A missing map is noticed before the clouds are read.
+        let sky = self.environment.as_ref().map(SceneEnvironment::load);
+        let sky = sky.transpose()?;
         let mut clouds = Vec::with_capacity(self.clouds.len() + self.mirrors.len());
         for cloud in &self.clouds {
             clouds.push(cloud.load(job)?);
@@ -89,6 +98,8 @@ impl Scene {
         let prepared = prepare(clouds, viewpoint, job)?;
         let camera = self.camera(prepared.facts.bounds, up_axis)?;
         let origin = prepared.surfels.origin;
+        // What is up on screen is another axis where the camera looks straight down.
+        let up = self.camera.up.unwrap_or(up_axis.vector()).as_vec3();
         Ok(LoadedScene {
             surfels: Arc::new(prepared.surfels),
             facts: prepared.facts,
@@ -98,6 +109,7 @@ impl Scene {
                 .iter()
                 .flat_map(|light| light.relative_to(origin))
                 .collect(),
+            environment: sky.map(|sky| Arc::new(Environment::new(sky, up))),
             up_axis,
         })
     }
@@ -115,6 +127,9 @@ impl Scene {
             MirrorShape::Mesh { path } => Some(path.as_path()),
             MirrorShape::Shape(_) => None,
         }));
+        if let Some(SceneEnvironment::Map { path }) = &self.environment {
+            inputs.push(path);
+        }
         inputs
     }
 
@@ -171,6 +186,18 @@ impl SceneCloud {
             },
             mirrors: self.mirrors.clone(),
             ..placed(raw, name)
+        })
+    }
+}
+
+impl SceneEnvironment {
+    fn load(&self) -> Result<Sky> {
+        Ok(match self {
+            Self::Gradient { zenith, horizon } => Sky::Gradient {
+                zenith: *zenith,
+                horizon: *horizon,
+            },
+            Self::Map { path } => Sky::Map(SkyMap::read(path)?),
         })
     }
 }

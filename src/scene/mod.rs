@@ -48,6 +48,8 @@ pub struct Scene {
     pub mirrors: Vec<MirrorShape>,
     /// Lights; where there is none, the albedo is shown, shaded by depth.
     pub lights: Vec<SceneLight>,
+    /// Light from everywhere.
+    pub environment: Option<SceneEnvironment>,
     /// What the scene says of the camera; [`Scene::camera`] completes it.
     pub camera: SceneCamera,
     /// Every setting.
@@ -116,6 +118,23 @@ pub struct SceneLight {
     pub inner_angle: f64,
     /// Half angle at which it has fallen to 0, radians; at least `inner_angle`.
     pub outer_angle: f64,
+}
+
+/// The `[environment]`: radiance by direction, W/sr/m2 per channel.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SceneEnvironment {
+    /// From the horizon's to the zenith's in proportion to the elevation; the same for both is an even sky.
+    Gradient {
+        /// Straight up.
+        zenith: Vec3,
+        /// At the horizon and below.
+        horizon: Vec3,
+    },
+    /// An equirectangular picture.
+    Map {
+        /// An OpenEXR file.
+        path: PathBuf,
+    },
 }
 
 /// What a scene says of its camera.

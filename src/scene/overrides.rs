@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use super::keys;
-use super::read::NO_ENVIRONMENT;
 use super::tree::{Entry, Node, Origin, Value};
 use crate::error::{Error, Result};
 
@@ -79,9 +78,6 @@ impl Override {
             return self.apply_mesh(document);
         }
         let key = self.key();
-        if key.split('.').next() == Some("environment") {
-            return Err(self.node.origin.error(NO_ENVIRONMENT));
-        }
         let (pattern, _) = keys::pattern_of(key);
         if !keys::patterns().contains(&pattern) {
             let remedy = keys::nearest_key(key).map_or_else(
@@ -96,7 +92,7 @@ impl Override {
                 .origin
                 .error(format!("there is no key {key:?}; {remedy}")));
         }
-        let scene_key = ["camera.", "cloud.", "light.", "mirror."]
+        let scene_key = ["camera.", "cloud.", "environment.", "light.", "mirror."]
             .iter()
             .any(|table| key.starts_with(table));
         let segments = if scene_key { None } else { Some("settings") }

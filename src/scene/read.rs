@@ -11,9 +11,6 @@ mod cloud;
 mod mirror;
 mod view;
 
-/// Why a table of later versions is refused.
-pub(super) const NO_ENVIRONMENT: &str = "an [environment] is not lit by this version; remove it, and light the scene by [[light]] kind = \"spot\"";
-
 /// Reads the scene that `document` holds, once `overrides` have taken their places in it.
 pub(super) fn scene(document: Node, path: &Path, overrides: &[Override]) -> Result<Scene> {
     check_format(&document)?;
@@ -53,6 +50,7 @@ fn overridden<'a>(
         clouds,
         mirrors: each(&root, "mirror", mirror::read)?,
         lights: each(&root, "light", view::light)?,
+        environment: root.optional("environment", |field| view::environment(&field))?,
         camera: match root.get("camera") {
             Some(field) => view::camera(&field)?,
             None => SceneCamera::unstated(Origins::of_table(document.origin.clone())),
@@ -61,7 +59,7 @@ fn overridden<'a>(
     })
 }
 
-/// Refuses another version, and tables of later versions, before any of their keys are found to be unknown.
+/// Refuses another version before any of its keys are found to be unknown.
 fn check_format(document: &Node) -> Result<()> {
     let Some(format) = document.get("format") else {
         return Err(document
@@ -74,10 +72,7 @@ fn check_format(document: &Node) -> Result<()> {
             format.value.to_toml()
         )));
     }
-    match document.get("environment") {
-        Some(environment) => Err(environment.origin.error(NO_ENVIRONMENT)),
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 fn each<T>(root: &Table<'_>, key: &str, read: impl Fn(&Field<'_>) -> Result<T>) -> Result<Vec<T>> {

@@ -34,6 +34,12 @@ pub(super) const AMOUNT: Allowed = Allowed {
     high: 1e12,
     says: "from 0 to 1e12",
 };
+/// Radiance.
+pub(super) const RADIANCE: Allowed = Allowed {
+    low: 0.0,
+    high: 1e9,
+    says: "from 0 to 1e9",
+};
 /// A share of the whole.
 pub(super) const FRACTION: Allowed = Allowed {
     low: 0.0,

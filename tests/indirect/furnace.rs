@@ -119,6 +119,7 @@ fn view(lights: Vec<SpotLight>) -> View {
     View {
         pinhole: super::camera(eye, target, SIZE),
         lights,
+        environment: None,
         bounds: (Vec3::NEG_ONE, Vec3::ONE),
     }
 }
@@ -138,6 +139,7 @@ fn render(
         points: surfels.len() as u64,
         mirror_points: surfels.finishes.iter().filter(|f| f.mirror() > 0.0).count() as u64,
         lights: view.lights.len(),
+        environment: view.environment.is_some(),
     };
     let plan = Plan::new(&facts, settings);
     let mut renderer = Renderer::new(choice, surfels).expect("a backend");

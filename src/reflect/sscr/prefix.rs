@@ -170,7 +170,11 @@ mod tests {
             |_, _| Ok(SearchCounts::default()),
         );
         assert_eq!(counted.map(|c| c.1).ok(), Some(0));
-        assert!((100..=110).contains(&before.len()), "{} points", before.len());
+        assert!(
+            (100..=110).contains(&before.len()),
+            "{} points",
+            before.len()
+        );
         assert_eq!(prefix.sample(100, &places), before);
     }
 

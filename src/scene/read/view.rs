@@ -1,11 +1,11 @@
-//! Reading `[[light]]` and `[camera]`.
+//! Reading `[[light]]`, `[environment]` and `[camera]`.
 
 use glam::{UVec2, Vec3};
 
 use crate::camera::MAX_SIZE;
 use crate::error::Result;
-use crate::scene::reader::{AMOUNT, FIELD_OF_VIEW, Field, HALF_ANGLE, LENGTH};
-use crate::scene::{SceneCamera, SceneLight, keys};
+use crate::scene::reader::{AMOUNT, FIELD_OF_VIEW, Field, HALF_ANGLE, LENGTH, RADIANCE};
+use crate::scene::{SceneCamera, SceneEnvironment, SceneLight, keys};
 
 /// One `[[light]]`.
 pub(super) fn light(field: &Field<'_>) -> Result<SceneLight> {
@@ -57,6 +57,40 @@ pub(super) fn light(field: &Field<'_>) -> Result<SceneLight> {
         inner_angle: inner.to_radians(),
         outer_angle: outer.to_radians(),
     })
+}
+
+/// The `[environment]`.
+pub(super) fn environment(field: &Field<'_>) -> Result<SceneEnvironment> {
+    let table = field.table(keys::ENVIRONMENT)?;
+    let name = &table.name;
+    for (one, other) in [
+        ("colour", "zenith"),
+        ("colour", "horizon"),
+        ("colour", "map"),
+        ("zenith", "map"),
+        ("horizon", "map"),
+    ] {
+        if table.get(one).is_some() && table.get(other).is_some() {
+            let origins = table.origins();
+            return Err(origins.to_blame(&[other, one]).error(format!(
+                "{name} has both {one} and {other}; write colour, or zenith and horizon, or map"
+            )));
+        }
+    }
+    let radiance = |field: Field<'_>| {
+        let channels = field.numbers("[red, green, blue]", &RADIANCE)?;
+        Ok(Vec3::from_array(channels.map(|c| c as f32)))
+    };
+    if let Some(map) = table.get("map") {
+        return Ok(SceneEnvironment::Map { path: map.path()? });
+    }
+    let [zenith, horizon] = if table.get("zenith").is_some() || table.get("horizon").is_some() {
+        let required = |key| radiance(table.required(key, "[1, 1, 1]")?);
+        [required("zenith")?, required("horizon")?]
+    } else {
+        [radiance(table.required("colour", "[1, 1, 1]")?)?; 2]
+    };
+    Ok(SceneEnvironment::Gradient { zenith, horizon })
 }
 
 /// The `[camera]`.
