@@ -214,6 +214,7 @@ fn every_table_can_be_overridden() {
         "mirror.6.path=rabbit.ply",
         "light.0.kind=spot",
         "light.0.outer_angle_degrees=40",
+        "environment.horizon=0.5,0.5,0.5",
         "camera.up=0,0,1",
         "camera.near=0.1",
     ] {
