@@ -51,6 +51,8 @@ fn key_near(map: &[u32], column: u32, row: u32, side: u32) -> Option<(u32, u32, 
         let square = (-ring..=ring).flat_map(move |dy| (-ring..=ring).map(move |dx| (dx, dy)));
         square
             .filter(|(dx, dy): &(i32, i32)| dx.abs().max(dy.abs()) == ring)
+            // Holes have something on both sides; beyond an outline the light leaves.
+            .filter(|(dx, dy)| at(x - dx, y - dy).is_some())
             .find_map(|(dx, dy)| at(x + dx, y + dy))
     })
 }
