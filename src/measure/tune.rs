@@ -52,7 +52,7 @@ impl TuneTask<'_> {
     /// Whether the scene is sound and every key can be turned, to be asked before long work.
     ///
     /// # Errors
-    /// As [`Scene::open`] and [`Knob::of`].
+    /// As [`Scene::open`] and of a key that cannot be varied.
     pub fn check(&self) -> Result<()> {
         let scene = Scene::open(self.path, self.overrides)?;
         Knob::of(self.keys, &scene.settings).map(drop)
