@@ -3,21 +3,23 @@
 use super::sscr::prefix::{Budget, ENOUGH, FIRST};
 use super::sscr::root_find::SearchCounts;
 
-/// Nanoseconds of one core for what a method does. Measured on one core of an AMD EPYC, 2026-11, on the reference scenes;
-/// only their ratios matter.
+/// Nanoseconds of two cores for what a method does: measured on an AMD EPYC, 2026-11, on the reference scenes
+/// (`docs/METHOD.md`). Only their ratios matter.
 mod price {
+    /// A mirror pixel made ready for the guided search, and closed.
+    pub(super) const PIXEL: f64 = 1350.0;
+    /// A point put in order, fetched and compared with its first chart.
+    pub(super) const POINT: f64 = 80.0;
     /// A chart's beam compared with a point, eight at a time.
-    pub(super) const CULL: f64 = 3.0;
+    pub(super) const CULL: f64 = 2.0;
     /// A step of the guided search, with its share of the walk to where it starts.
-    pub(super) const STEP: f64 = 60.0;
-    /// A point put in order and fetched.
-    pub(super) const POINT: f64 = 60.0;
+    pub(super) const STEP: f64 = 30.0;
     /// A hit splatted onto the mirrors.
-    pub(super) const HIT: f64 = 500.0;
+    pub(super) const HIT: f64 = 220.0;
     /// A point built into the tree of rays.
-    pub(super) const TREE: f64 = 260.0;
+    pub(super) const TREE: f64 = 69.0;
     /// A ray traced.
-    pub(super) const RAY: f64 = 5000.0;
+    pub(super) const RAY: f64 = 1300.0;
 }
 
 /// What a picture's mirrors are, as far as cost goes.
@@ -37,7 +39,7 @@ pub struct Work {
     pub needs_tree: bool,
 }
 
-/// Time of one core by the model, milliseconds.
+/// Time of two cores by the model, milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Of the guided search.
@@ -90,7 +92,7 @@ impl Work {
             Chosen::RayTrace
         };
         let reason = format!(
-            "estimated at {guided_ms:.0} ms of a core for the guided search, {ray_trace_ms:.0} ms for traced rays with \
+            "estimated at {guided_ms:.0} ms of two cores for the guided search, {ray_trace_ms:.0} ms for traced rays with \
              their tree"
         );
         Choice { method, reason }
@@ -121,8 +123,9 @@ impl Work {
             + price::STEP * steps
             + price::HIT * hits;
         let tree = price::TREE * self.points as f64;
-        let guided = point * self.points_needed(hits) as f64;
-        let rays = tree + price::RAY * self.mirror_pixels as f64;
+        let pixels = self.mirror_pixels as f64;
+        let guided = point * self.points_needed(hits) as f64 + price::PIXEL * pixels;
+        let rays = tree + price::RAY * pixels;
         Estimate {
             guided_ms: (guided + if self.needs_tree { tree } else { 0.0 }) * 1e-6,
             ray_trace_ms: rays * 1e-6,
