@@ -5,10 +5,12 @@
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use wide::f32x8;
 
 use super::beam::Beam;
 use super::beam_tree::BeamTree;
 use super::field::MirrorField;
+use super::real::{Real, dot};
 use super::{LhcMap, Region};
 use crate::error::Result;
 use crate::job::Job;
@@ -73,26 +75,32 @@ impl DirectionMap {
         };
         samples.first()?;
         for (place, direction) in samples {
-            let cell = map.cell(*direction);
+            let cell = Self::cell(map.column_and_row(direction.to_array()));
             map.places[cell] = *place;
         }
         map.fill();
         Some(map)
     }
 
-    /// The cell of a direction, of any length but 0.
-    #[inline]
-    fn cell(&self, direction: Vec3) -> usize {
-        let along = self.axis.dot(direction) + direction.length();
-        let over = self.scale / along.max(1e-6);
-        let column = self.right.dot(direction) * over + MAP_SIDE as f32 * 0.5;
-        let row = self.up.dot(direction) * over + MAP_SIDE as f32 * 0.5;
-        let last = (MAP_SIDE - 1) as f32;
-        let (column, row) = (
-            column.clamp(0.0, last) as usize,
-            row.clamp(0.0, last) as usize,
-        );
-        row * MAP_SIDE + column
+    /// The column and row of a direction, of any length but 0: from 0 to the map's side.
+    #[inline(always)]
+    fn column_and_row<T: Real>(&self, direction: [T; 3]) -> [T; 2] {
+        let with = |axis: Vec3| dot(axis.to_array().map(T::of), direction);
+        let along = with(self.axis) + dot(direction, direction).sqrt();
+        let least = T::of(1e-6);
+        let over = T::of(self.scale) / along.where_below(least, least, along);
+        let middle = T::of(MAP_SIDE as f32 * 0.5);
+        [
+            with(self.right) * over + middle,
+            with(self.up) * over + middle,
+        ]
+    }
+
+    /// The cell of a column and a row; the nearest beside the map.
+    #[inline(always)]
+    fn cell([column, row]: [f32; 2]) -> usize {
+        let inside = |v: f32| v.clamp(0.0, (MAP_SIDE - 1) as f32) as usize;
+        inside(row) * MAP_SIDE + inside(column)
     }
 
     /// Axes of the map, unit vectors: right, up, and that of the cone.
@@ -110,13 +118,14 @@ impl DirectionMap {
         &self.places
     }
 
-    /// The place that reflects about in a direction.
-    #[inline]
-    pub fn place(&self, direction: Vec3) -> Vec2 {
-        self.places
-            .get(self.cell(direction))
-            .copied()
-            .unwrap_or(Vec2::ZERO)
+    /// The places that reflect about in eight directions, of any length but 0.
+    #[inline(always)]
+    pub(super) fn places_towards(&self, directions: [f32x8; 3]) -> impl Fn(usize) -> Vec2 {
+        let [column, row] = self.column_and_row(directions).map(|v| v.to_array());
+        move |lane| {
+            let cell = Self::cell([column[lane], row[lane]]);
+            self.places.get(cell).copied().unwrap_or(Vec2::ZERO)
+        }
     }
 
     /// Empty cells take the place of the nearest that is not, ring by ring.

@@ -18,8 +18,10 @@ pub mod newton;
 mod outcome;
 pub mod prefix;
 mod random;
+pub mod real;
 pub mod root_find;
 mod settings;
+pub mod shorten;
 
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
