@@ -12,6 +12,7 @@ use super::beam_tree::BeamTree;
 use super::field::MirrorField;
 use super::real::{Real, dot};
 use super::{LhcMap, Region};
+use crate::cloud::require_memory;
 use crate::error::Result;
 use crate::job::Job;
 
@@ -20,6 +21,9 @@ pub const LEAST_PIXELS: u32 = 48;
 
 /// Charts of fewer cells have no direction map: it would be larger than their trees, and hardly faster.
 const LEAST_CELLS: usize = 256;
+
+/// What a mirror pixel's part of its chart takes: its cell twice, and its share of the tree and of the map.
+const BYTES: u64 = 64;
 
 /// Cells of a direction map along each axis.
 pub const MAP_SIDE: usize = 32;
@@ -207,8 +211,10 @@ pub(super) fn corners(
 /// The charts of a picture: one a region that has a cell of the field.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`crate::Error::Memory`] where the mirrors are too large, [`crate::Error::Cancelled`].
 pub fn charts(field: &MirrorField, lhc: &LhcMap, job: &Job) -> Result<Vec<Chart>> {
+    let pixels: u64 = lhc.regions.iter().map(|r| u64::from(r.pixels)).sum();
+    require_memory("the charts of the mirrors", pixels * BYTES)?;
     let charts = (lhc.regions.par_iter().enumerate())
         .map(|(k, region)| {
             if job.is_cancelled() {

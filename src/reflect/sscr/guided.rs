@@ -2,6 +2,9 @@
 //! eight points at a time; in the others Gauss-Newton steps start where the chart reflects in the point's direction, or, on
 //! bowls and saddles, in every tile whose beam may show it.
 
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
+
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use wide::f32x8;
@@ -12,7 +15,7 @@ use super::charts::{Chart, DirectionMap, Seeds};
 use super::field::{MirrorField, lanes};
 use super::newton::{NewtonRoot, Searches, step, take_step};
 use super::root_find::SearchCounts;
-use crate::cloud::Surfels;
+use crate::cloud::{Surfels, require_memory};
 use crate::error::Result;
 use crate::job::Job;
 use crate::reflect::Hit;
@@ -25,6 +28,9 @@ const GROUP: usize = 8;
 
 /// Points a task: a multiple of the above.
 const CHUNK: usize = 128;
+
+/// Hits after which the memory for more is reckoned.
+const RECKONED: u64 = 1 << 22;
 
 /// How much farther splats reach beside the mirror's outline, pixels: its outermost pixels' rays turn away faster than the
 /// slopes within it tell. Which pixels a splat covers is decided by their own rays.
@@ -116,13 +122,14 @@ impl Guide<'_> {
     /// threads.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// [`crate::Error::Memory`] where there are more hits than fit, [`crate::Error::Cancelled`].
     pub fn search(
         &self,
         surfels: &Surfels,
         order: &[u32],
         job: &Job,
     ) -> Result<(Vec<Hit>, SearchCounts)> {
+        let listed = AtomicU64::new(0);
         let chunks: Vec<(Vec<Hit>, SearchCounts)> = order
             .par_chunks(CHUNK)
             .map_init(Work::default, |work, chunk| {
@@ -155,6 +162,12 @@ impl Guide<'_> {
                         reach: root.magnification * (radius * self.splat_size)
                             + if root.at_end { END_REACH } else { 0.0 },
                     }));
+                }
+                let (before, more) = (listed.fetch_add(counts.hits, Relaxed), counts.hits);
+                if before / RECKONED != (before + more) / RECKONED {
+                    // What is listed already is no longer free; it is listed once more in the end.
+                    let bytes = (before + more + RECKONED) * size_of::<Hit>() as u64;
+                    require_memory("the hits of the search", bytes)?;
                 }
                 Ok((hits, counts))
             })
