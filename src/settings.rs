@@ -230,6 +230,40 @@ macro_rules! settings {
     };
 }
 
+impl Settings {
+    /// The value of the setting of this dotted name, if there is such a setting.
+    pub fn value(&self, key: &str) -> Option<toml::Value> {
+        let (group, name) = key.split_once('.')?;
+        let all = toml::Value::try_from(self).ok()?;
+        let value = all.get(group)?.get(name)?;
+        // f32 is written with the digits that a person typed, not with those of its f64 neighbour.
+        Some(match value {
+            toml::Value::Float(f) => {
+                toml::Value::Float((*f as f32).to_string().parse().unwrap_or(*f))
+            }
+            other => other.clone(),
+        })
+    }
+
+    /// These settings, but for one.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] where there is no such setting, or it cannot have the value.
+    pub fn with(&self, key: &str, value: toml::Value) -> Result<Self> {
+        let unknown = || Error::Setting(format!("there is no setting {key:?}"));
+        let refused = |e: &dyn std::fmt::Display| Error::Setting(format!("{key}: {e}"));
+        let (group, name) = key.split_once('.').ok_or_else(unknown)?;
+        let mut all = toml::Value::try_from(self).map_err(|e| refused(&e))?;
+        let place = all.get_mut(group).and_then(|g| g.get_mut(name));
+        *place.ok_or_else(unknown)? = value;
+        let changed: Self = all
+            .try_into()
+            .map_err(|e: toml::de::Error| refused(&e.message()))?;
+        changed.check()?;
+        Ok(changed)
+    }
+}
+
 settings! {
     /// How points become a G-buffer.
     splat: crate::gbuffer::SplatSettings;
@@ -245,4 +279,51 @@ settings! {
     ray_trace: crate::reflect::ray_trace::RayTraceSettings;
     /// How radiance becomes a picture.
     image: crate::image::ImageSettings;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_setting_is_read_and_changed_by_its_name() {
+        let settings = Settings::default();
+        for setting in Settings::describe() {
+            let key = &setting.key;
+            let value = settings.value(key);
+            assert_eq!(value.as_ref(), Some(&setting.default), "{key}");
+            let other = match (&setting.default, setting.range) {
+                (toml::Value::Boolean(b), _) => toml::Value::Boolean(!b),
+                (toml::Value::Integer(_), Some((low, high))) => {
+                    toml::Value::Integer(((low + high) / 2.0) as i64)
+                }
+                (toml::Value::Float(_), Some((low, high))) => {
+                    toml::Value::Float(f64::from((low * 0.25 + high * 0.75) as f32))
+                }
+                _ => continue,
+            };
+            let changed = settings.with(key, other.clone()).expect(key);
+            let read = changed.value(key).and_then(|v| v.as_float());
+            let wanted = other.as_float();
+            assert!(
+                changed.value(key) == Some(other)
+                    || (read.zip(wanted)).is_some_and(|(a, b)| (a - b).abs() <= 1e-6 * b.abs()),
+                "{key}: {read:?} for {wanted:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_a_setting_cannot_be_is_refused() {
+        let settings = Settings::default();
+        for (key, value) in [
+            ("splat.size", toml::Value::Float(1e9)),
+            ("splat.size", toml::Value::String("large".into())),
+            ("splat.colour", toml::Value::Float(1.0)),
+            ("size", toml::Value::Float(1.0)),
+        ] {
+            let refused = settings.with(key, value).expect_err("no such value");
+            assert!(refused.to_string().contains(key), "{refused}");
+        }
+    }
 }

@@ -30,6 +30,8 @@ Examples:
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     Render(Box<RenderArgs>),
+    #[cfg(feature = "viewer")]
+    View(ViewerArgs),
     Info(InfoArgs),
     Generate(GenerateArgs),
     Compare(CompareArgs),
@@ -137,6 +139,19 @@ pub(super) struct ViewArgs {
     /// What is shown where nothing is seen: transparent or #rrggbb (sRGB) [default: the scene's, or #000000].
     #[arg(long, value_name = "COLOUR")]
     background: Option<String>,
+}
+
+/// Look at a scene or a cloud in a window, and tune the search while watching.
+///
+/// F1 lists keys and mouse.
+#[cfg(feature = "viewer")]
+#[derive(Debug, Args)]
+pub(super) struct ViewerArgs {
+    #[command(flatten)]
+    pub(super) scene: Option<SceneArgs>,
+
+    #[command(flatten)]
+    pub(super) place: WhereArgs,
 }
 
 /// Tell what is in a scene or a cloud: counts, bounds, fields, and what would run and why.
@@ -335,6 +350,12 @@ pub(super) fn backend(name: BackendName, adapter: Option<&str>) -> Result<Backen
 }
 
 impl SceneArgs {
+    /// What `--set` was given.
+    #[cfg(feature = "viewer")]
+    pub(super) fn given(&self) -> &[String] {
+        &self.set
+    }
+
     /// What is said on top of the scene; flags beat --set, so they come last.
     pub(super) fn overrides(&self, view: &ViewArgs) -> catoptric::Result<Vec<Override>> {
         let mut overrides = Vec::new();

@@ -16,6 +16,8 @@ mod render;
 mod sweep;
 mod terminal;
 mod tune;
+#[cfg(feature = "viewer")]
+mod view;
 
 use args::{Cli, Command};
 
@@ -37,6 +39,8 @@ pub(crate) fn run() -> ExitCode {
     let done = match Cli::try_parse() {
         Ok(cli) => match cli.command {
             Command::Render(args) => render::render(&args),
+            #[cfg(feature = "viewer")]
+            Command::View(args) => view::view(&args),
             Command::Info(args) => info::info(&args),
             Command::Generate(args) => generate::generate(&args),
             Command::Compare(args) => compare::compare(&args),

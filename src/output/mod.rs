@@ -24,7 +24,7 @@ pub use exr::ExrImage;
 pub use gbuffer::camera_gbuffer;
 pub use mirror_gbuffer::mirror_gbuffer;
 pub use png::encode_png;
-pub use search_heat::{search_heat, search_heat_picture};
+pub use search_heat::{heat_colour, search_heat, search_heat_picture};
 
 /// The kinds of file that a picture is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -89,14 +89,14 @@ fn panel(
         } else {
             0.0
         };
-        let [r, g, b] = colour(part);
+        let [r, g, b] = heat_colour(part);
         [r, g, b, 255]
     };
     heat.values().iter().map(colour_of).collect()
 }
 
-/// The colour of a value; 1 and more is the brightest.
-fn colour(value: f32) -> [u8; 3] {
+/// The colour (sRGB) of a value from 0, dark, to 1, bright.
+pub fn heat_colour(value: f32) -> [u8; 3] {
     let place = value.clamp(0.0, 1.0) * (COLOURS.len() - 1) as f32;
     let first = (place as usize).min(COLOURS.len() - 2);
     let part = place - first as f32;
@@ -147,11 +147,11 @@ mod tests {
     #[test]
     fn colours_get_lighter_with_the_value() {
         let light = |value: f32| {
-            let [r, g, b] = colour(value).map(f32::from);
+            let [r, g, b] = heat_colour(value).map(f32::from);
             0.2126 * r + 0.7152 * g + 0.0722 * b
         };
         let all: Vec<f32> = (0..=100u8).map(|i| light(f32::from(i) / 100.0)).collect();
         assert!(all.windows(2).all(|w| w[0] <= w[1]), "{all:?}");
-        assert_eq!(colour(f32::INFINITY), colour(1.0));
+        assert_eq!(heat_colour(f32::INFINITY), heat_colour(1.0));
     }
 }

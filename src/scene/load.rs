@@ -45,10 +45,18 @@ impl LoadedScene {
     /// # Errors
     /// As [`Camera::pinhole`]; a camera that came with the scene is sound.
     pub fn view(&self) -> Result<View> {
+        self.view_from(&self.camera)
+    }
+
+    /// The same, from another camera.
+    ///
+    /// # Errors
+    /// As [`Camera::pinhole`].
+    pub fn view_from(&self, camera: &Camera) -> Result<View> {
         let origin = self.surfels.origin;
         let Bounds { min, max } = self.facts.bounds;
         Ok(View {
-            pinhole: self.camera.pinhole(origin)?,
+            pinhole: camera.pinhole(origin)?,
             lights: self.lights.clone(),
             environment: self.environment.clone(),
             bounds: ((min - origin).as_vec3(), (max - origin).as_vec3()),

@@ -265,6 +265,15 @@ impl AdapterChoice {
     }
 }
 
+/// The names of all adapters that could be used, the best first, and whether each is software.
+pub fn adapter_names() -> Vec<(String, bool)> {
+    let mut infos: Vec<wgpu::AdapterInfo> =
+        adapters().iter().map(wgpu::Adapter::get_info).collect();
+    infos.sort_by_key(|info| rank(info.device_type));
+    let fact = |info: wgpu::AdapterInfo| (info.name, info.device_type == wgpu::DeviceType::Cpu);
+    infos.into_iter().map(fact).collect()
+}
+
 /// Every adapter of the backends that are supported; OpenGL is none of them.
 fn adapters() -> Vec<wgpu::Adapter> {
     let backends = wgpu::Backends::VULKAN | wgpu::Backends::DX12 | wgpu::Backends::METAL;

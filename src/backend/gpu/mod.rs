@@ -63,7 +63,7 @@ mod surface;
 mod windows;
 
 pub use buffers::{GpuGrid, GpuPoints};
-pub use device::{AdapterChoice, Device, GpuOptions};
+pub use device::{AdapterChoice, Device, GpuOptions, adapter_names};
 pub use hits::GpuHits;
 pub use layout::{GpuStruct, Layout};
 pub use link::link;

@@ -1,0 +1,413 @@
+//! The window's state, and what happens to it: events of the worker in, views to render out.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+
+use catoptric::Progress;
+use catoptric::camera::Camera;
+use catoptric::settings::Settings;
+use catoptric::timing::PassTime;
+use eframe::egui;
+use glam::{DVec3, UVec2};
+
+use super::Start;
+use super::buffers::{Buffer, Probe};
+use super::history::{self, History};
+use super::navigation::Navigator;
+use super::pace::{Detail, Pace};
+use super::worker::{Event, Export, Layer, Opened, Opening, Request, Shown, Worker};
+
+/// What a frame may take while the camera moves, milliseconds.
+const BUDGET_MS: f64 = 60.0;
+
+/// How long the camera rests before everything is drawn.
+const REST: Duration = Duration::from_millis(150);
+
+/// Frames whose times are kept.
+const KEPT: usize = 60;
+
+/// Everything that the window shows.
+pub(super) struct Viewer {
+    pub(super) start: Start,
+    worker: Worker,
+    chosen: (Sender<PathBuf>, Receiver<PathBuf>),
+    pub(super) opened: Option<Opened>,
+    pub(super) history: History,
+    pub(super) navigator: Navigator,
+    /// What of the camera does not follow from the navigator: field of view, planes, size.
+    pub(super) like: Camera,
+    pub(super) stored: [Option<Navigator>; 10],
+    pub(super) pace: Pace,
+    pub(super) buffer: Buffer,
+    pub(super) shown: Option<Shown>,
+    pub(super) texture: Option<egui::TextureHandle>,
+    pub(super) scale: Option<(f32, f32)>,
+    pub(super) times: VecDeque<Vec<PassTime>>,
+    pub(super) probe: Option<Probe>,
+    /// Eye, mirror and what it showed, when it was clicked.
+    pub(super) path: Option<[DVec3; 3]>,
+    /// Ends of the distance that is measured; the second may be missing.
+    pub(super) measured: Vec<DVec3>,
+    pub(super) progress: Option<Progress>,
+    pub(super) loading: Option<PathBuf>,
+    pub(super) messages: Vec<(bool, String)>,
+    pub(super) panels: super::panels::Panels,
+    /// Whether the view has changed since the last request.
+    dirty: bool,
+    moved_at: Instant,
+    number: u64,
+    under_way: Option<(u64, Detail)>,
+    /// Whether what is shown is all there is of the view.
+    complete: bool,
+}
+
+impl Viewer {
+    /// # Errors
+    /// Where the system gives no thread.
+    pub(super) fn new(
+        context: &egui::Context,
+        storage: Option<&dyn eframe::Storage>,
+        start: Start,
+    ) -> std::io::Result<Self> {
+        let wake = context.clone();
+        let worker = Worker::start(start.choice.clone(), move || wake.request_repaint())?;
+        let like = Camera {
+            position: DVec3::Z,
+            target: DVec3::ZERO,
+            up: DVec3::Y,
+            fov_y_degrees: 60.0,
+            near: 0.01,
+            far: 100.0,
+            size: UVec2::new(800, 600),
+        };
+        let mut viewer = Self {
+            worker,
+            chosen: channel(),
+            opened: None,
+            history: History::default(),
+            navigator: Navigator::of(&like),
+            like,
+            stored: [None; 10],
+            pace: Pace::new(BUDGET_MS),
+            buffer: Buffer::default(),
+            shown: None,
+            texture: None,
+            scale: None,
+            times: VecDeque::new(),
+            probe: None,
+            path: None,
+            measured: Vec::new(),
+            progress: None,
+            loading: None,
+            messages: Vec::new(),
+            panels: super::panels::Panels::load(storage),
+            dirty: false,
+            moved_at: Instant::now(),
+            number: 0,
+            under_way: None,
+            complete: false,
+            start,
+        };
+        if let Some(path) = viewer.start.path.clone() {
+            viewer.open(path);
+        }
+        Ok(viewer)
+    }
+
+    /// Opens a scene or a cloud in place of what is open.
+    pub(super) fn open(&mut self, path: PathBuf) {
+        // What was said on top of another scene does not belong to this one.
+        let same = self.start.path.as_ref() == Some(&path);
+        if !same {
+            self.start.overrides.clear();
+            self.start.given.clear();
+        }
+        self.start.path = Some(path.clone());
+        self.loading = Some(path.clone());
+        self.under_way = None;
+        self.worker.open(Opening {
+            path,
+            overrides: self.start.overrides.clone(),
+        });
+    }
+
+    /// Reads what is open anew; camera and settings stay.
+    pub(super) fn reload(&mut self) {
+        if let Some(path) = self.start.path.clone() {
+            self.open(path);
+        }
+    }
+
+    /// Asks for a file, in a thread of its own: the dialog is the system's.
+    pub(super) fn ask_for_file(&self, context: &egui::Context) {
+        let (sender, context) = (self.chosen.0.clone(), context.clone());
+        let ask = move || {
+            let dialog = rfd::FileDialog::new()
+                .add_filter("scenes and point clouds", &["toml", "ply", "las", "laz"]);
+            if let Some(path) = dialog.pick_file() {
+                // A closed window opens nothing.
+                let _ = sender.send(path);
+                context.request_repaint();
+            }
+        };
+        if let Err(e) = std::thread::Builder::new().spawn(ask) {
+            log::warn!("no file can be asked for: {e}");
+        }
+    }
+
+    /// Stops loading, rendering and writing.
+    pub(super) fn cancel(&mut self) {
+        self.worker.cancel();
+        self.loading = None;
+        self.dirty = false;
+        self.complete = true;
+    }
+
+    pub(super) fn settings(&self) -> &Settings {
+        self.history.now()
+    }
+
+    /// Takes new settings; `what` changed them.
+    pub(super) fn change(&mut self, settings: Settings, what: &str) {
+        self.history.change(settings, what, Instant::now());
+        self.touch();
+    }
+
+    /// The view has changed.
+    pub(super) fn touch(&mut self) {
+        self.dirty = true;
+        self.complete = false;
+        self.moved_at = Instant::now();
+    }
+
+    /// Shows another layer.
+    pub(super) fn set_buffer(&mut self, buffer: Buffer) {
+        self.buffer = buffer;
+        let heat = (self.shown.as_ref()).is_some_and(|s| s.products.search_heat.is_some());
+        if buffer.needs_search_heat() && !heat {
+            self.touch();
+        } else {
+            self.worker.paint(buffer);
+        }
+    }
+
+    /// The camera as it looks now, at what is open.
+    pub(super) fn camera(&self) -> Camera {
+        let camera = self.navigator.camera(&self.like);
+        let Some(opened) = &self.opened else {
+            return camera;
+        };
+        // Planes that nobody gave fit the scene from wherever one looks.
+        let mut scene = opened.scene.clone();
+        scene.camera.position = Some(camera.position);
+        scene.camera.target = Some(camera.target);
+        scene.camera.up = Some(camera.up);
+        scene.camera.fov_y_degrees = Some(camera.fov_y_degrees);
+        scene.camera.size = Some(camera.size);
+        let fitted = scene.camera(opened.loaded.facts.bounds, opened.loaded.up_axis);
+        fitted.unwrap_or(camera)
+    }
+
+    /// The words that render this picture without a window.
+    pub(super) fn command_line(&self, camera: &Camera, output: &Path) -> Vec<String> {
+        let opened = self.opened.as_ref();
+        let defaults = Settings::default();
+        history::command_line(
+            &opened.map_or_else(String::new, |o| o.path.display().to_string()),
+            &self.start.given,
+            opened.map_or(&defaults, |o| &o.scene.settings),
+            self.settings(),
+            camera,
+            &output.display().to_string(),
+        )
+    }
+
+    pub(super) fn export(&mut self, export: Export) {
+        self.under_way = None;
+        self.worker.export(export);
+        self.touch();
+    }
+
+    pub(super) fn say(&mut self, message: impl Into<String>) {
+        self.messages.push((false, message.into()));
+    }
+
+    fn fail(&mut self, message: String) {
+        if self
+            .messages
+            .last()
+            .is_none_or(|(_, last)| *last != message)
+        {
+            self.messages.push((true, message));
+        }
+    }
+
+    /// Whether anything is being made.
+    pub(super) fn is_busy(&self) -> bool {
+        self.loading.is_some() || self.under_way.is_some()
+    }
+
+    /// What the worker and the dialogs told.
+    fn hear(&mut self, context: &egui::Context) {
+        let events: Vec<Event> = self.worker.events().collect();
+        for event in events {
+            match event {
+                Event::Progress(progress) => self.progress = Some(progress),
+                Event::Opened(opened) => self.begin(*opened),
+                Event::Shown(shown, layer) => self.show(*shown, layer, context),
+                Event::Painted(layer) => self.put(layer, context),
+                Event::Exported(files) => {
+                    self.progress = None;
+                    for file in files {
+                        self.say(format!("wrote {}", file.display()));
+                    }
+                }
+                Event::Failed(number, message) => {
+                    self.done(number);
+                    self.complete = true;
+                    self.fail(message);
+                }
+                Event::Stopped(number) => self.done(number),
+            }
+        }
+        if let Ok(path) = self.chosen.1.try_recv() {
+            self.open(path);
+        }
+        let dropped = context.input(|i| {
+            i.raw
+                .dropped_files
+                .first()
+                .and_then(|f| Some(f.path().to_owned()))
+        });
+        if let Some(path) = dropped {
+            self.open(path);
+        }
+    }
+
+    /// What was asked for is done, one way or another.
+    fn done(&mut self, number: Option<u64>) {
+        self.progress = None;
+        match number {
+            Some(number) if self.under_way.is_some_and(|(n, _)| n == number) => {
+                self.under_way = None;
+            }
+            Some(_) => {}
+            None => self.loading = None,
+        }
+    }
+
+    fn begin(&mut self, opened: Opened) {
+        self.done(None);
+        let again = (self.opened.as_ref()).is_some_and(|o| o.path == opened.path);
+        if !again {
+            let camera = opened.loaded.camera;
+            self.navigator = Navigator::of(&camera);
+            let size = self.like.size;
+            self.like = Camera { size, ..camera };
+            self.history = History::new(opened.scene.settings.clone());
+            (self.path, self.measured) = (None, Vec::new());
+            self.times.clear();
+            self.panels.remember(&opened.path);
+            if let Some(up) = self.panels.up_of(&opened.path) {
+                self.navigator.set_up(up);
+            }
+        }
+        for sentence in opened.loaded.facts.repairs.sentences() {
+            self.say(sentence);
+        }
+        self.opened = Some(opened);
+        self.touch();
+    }
+
+    fn show(&mut self, shown: Shown, layer: Layer, context: &egui::Context) {
+        self.done(Some(shown.request.number));
+        let full = shown.request.detail == Detail::FULL;
+        if !full || shown.request.settings.gi.vpl_count == 0 {
+            self.pace.took(shown.request.detail, shown.ms);
+        }
+        if full {
+            self.times.push_back(shown.products.passes.clone());
+            while self.times.len() > KEPT {
+                self.times.pop_front();
+            }
+        }
+        if layer.buffer == self.buffer {
+            self.put(layer, context);
+        } else {
+            self.worker.paint(self.buffer);
+        }
+        self.shown = Some(shown);
+    }
+
+    fn put(&mut self, layer: Layer, context: &egui::Context) {
+        if layer.buffer != self.buffer {
+            return;
+        }
+        self.scale = layer.scale;
+        let options = egui::TextureOptions::LINEAR;
+        match &mut self.texture {
+            Some(texture) => texture.set(layer.image, options),
+            None => self.texture = Some(context.load_texture("view", layer.image, options)),
+        }
+    }
+
+    /// Asks for the next frame, where one is due.
+    fn ask(&mut self, context: &egui::Context) {
+        if self.opened.is_none() || self.loading.is_some() {
+            return;
+        }
+        let rested = self.moved_at.elapsed() >= REST;
+        if self.dirty {
+            // A frame of little detail is soon done; one of all there is gives way.
+            let waits = self
+                .under_way
+                .is_some_and(|(_, detail)| detail != Detail::FULL);
+            if !waits {
+                self.dirty = false;
+                self.request(self.pace.detail(), true);
+            }
+        } else if !self.complete && self.under_way.is_none() {
+            if rested {
+                self.complete = true;
+                self.request(Detail::FULL, false);
+            } else {
+                context.request_repaint_after(REST.saturating_sub(self.moved_at.elapsed()));
+            }
+        }
+    }
+
+    fn request(&mut self, detail: Detail, moving: bool) {
+        let mut settings = self.settings().clone();
+        if moving {
+            // Indirect light comes when the camera rests.
+            settings.gi.vpl_count = 0;
+            if detail == Detail::FULL && self.settings().gi.vpl_count == 0 {
+                self.complete = true;
+            }
+        }
+        self.number += 1;
+        self.under_way = Some((self.number, detail));
+        self.worker.render(Request {
+            number: self.number,
+            buffer: self.buffer,
+            camera: self.camera(),
+            settings,
+            detail,
+        });
+    }
+}
+
+impl eframe::App for Viewer {
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        let context = ui.ctx().clone();
+        self.hear(&context);
+        super::panels::show(self, ui);
+        self.ask(&context);
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        self.panels.save(storage);
+    }
+}

@@ -1,0 +1,187 @@
+//! Undo and redo of settings, and what they are as TOML and on a command line.
+
+use std::time::{Duration, Instant};
+
+use catoptric::camera::Camera;
+use catoptric::settings::Settings;
+
+/// Changes of one setting that follow one another faster than this are one: a slider that is dragged.
+const TOGETHER: Duration = Duration::from_millis(800);
+
+/// Settings as they are, were and will be again.
+#[derive(Debug, Clone, Default)]
+pub(super) struct History {
+    now: Settings,
+    past: Vec<Settings>,
+    future: Vec<Settings>,
+    last: Option<(String, Instant)>,
+}
+
+impl History {
+    pub(super) fn new(settings: Settings) -> Self {
+        Self {
+            now: settings,
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn now(&self) -> &Settings {
+        &self.now
+    }
+
+    /// Takes new settings; `what` changed them: a setting's name, or a preset's.
+    pub(super) fn change(&mut self, settings: Settings, what: &str, at: Instant) {
+        if settings == self.now {
+            return;
+        }
+        let goes_on = (self.last.as_ref())
+            .is_some_and(|(last, when)| last == what && at.duration_since(*when) < TOGETHER);
+        if !goes_on {
+            self.past.push(self.now.clone());
+        }
+        self.future.clear();
+        self.now = settings;
+        self.last = Some((what.to_owned(), at));
+    }
+
+    pub(super) fn can_undo(&self) -> bool {
+        !self.past.is_empty()
+    }
+
+    pub(super) fn can_redo(&self) -> bool {
+        !self.future.is_empty()
+    }
+
+    pub(super) fn undo(&mut self) {
+        if let Some(before) = self.past.pop() {
+            self.future.push(std::mem::replace(&mut self.now, before));
+            self.last = None;
+        }
+    }
+
+    pub(super) fn redo(&mut self) {
+        if let Some(after) = self.future.pop() {
+            self.past.push(std::mem::replace(&mut self.now, after));
+            self.last = None;
+        }
+    }
+}
+
+/// The settings that differ from the defaults, as the table `[settings]` of a scene file.
+pub(super) fn as_toml(settings: &Settings) -> String {
+    let mut groups: Vec<(String, Vec<String>)> = Vec::new();
+    for (key, value) in settings.changed() {
+        let (group, name) = key.split_once('.').unwrap_or(("", &key));
+        let line = format!("{name} = {value}");
+        match groups.last_mut() {
+            Some((last, lines)) if last == group => lines.push(line),
+            _ => groups.push((group.to_owned(), vec![line])),
+        }
+    }
+    let tables = groups.into_iter();
+    let text = tables.map(|(group, lines)| format!("[settings.{group}]\n{}\n", lines.join("\n")));
+    text.collect::<Vec<_>>().join("\n")
+}
+
+/// The arguments after `catoptric` that render the same picture: what was given when the viewer was started, then every
+/// setting that differs from the defaults or was given, then the camera.
+pub(super) fn command_line(
+    path: &str,
+    given: &[String],
+    opened_with: &Settings,
+    settings: &Settings,
+    camera: &Camera,
+    output: &str,
+) -> Vec<String> {
+    let mut words = vec!["render".to_owned(), path.to_owned()];
+    let mut set = |text: String| words.extend(["--set".to_owned(), text]);
+    for text in given {
+        set(text.clone());
+    }
+    for setting in Settings::describe() {
+        let (was, is) = (
+            opened_with.value(&setting.key),
+            settings.value(&setting.key),
+        );
+        if let Some(value) = is.filter(|value| was.as_ref() != Some(value)) {
+            set(format!("{}={value}", setting.key));
+        }
+    }
+    let vector = |v: glam::DVec3| format!("[{},{},{}]", v.x, v.y, v.z);
+    set(format!("camera.position={}", vector(camera.position)));
+    set(format!("camera.target={}", vector(camera.target)));
+    set(format!("camera.up={}", vector(camera.up)));
+    set(format!("camera.fov_y_degrees={}", camera.fov_y_degrees));
+    set(format!("camera.near={}", camera.near));
+    set(format!("camera.far={}", camera.far));
+    set(format!("camera.size={}x{}", camera.size.x, camera.size.y));
+    words.extend(["-o".to_owned(), output.to_owned()]);
+    words
+}
+
+/// Words as a shell takes them.
+pub(super) fn quoted(words: &[String]) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+".contains(c);
+    let quote = |word: &String| {
+        if !word.is_empty() && word.chars().all(plain) {
+            word.clone()
+        } else {
+            format!("'{}'", word.replace('\'', r"'\''"))
+        }
+    };
+    words.iter().map(quote).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sized(size: f64) -> Settings {
+        let settings = Settings::default();
+        settings
+            .with("splat.size", toml::Value::Float(size))
+            .expect("a size")
+    }
+
+    #[test]
+    fn a_dragged_slider_is_one_step_back() {
+        let (mut history, start) = (History::default(), Instant::now());
+        for k in 0..10 {
+            let at = start + Duration::from_millis(50 * k);
+            history.change(sized(1.0 + 0.1 * k as f64), "splat.size", at);
+        }
+        history.undo();
+        assert_eq!(history.now(), &Settings::default());
+        assert!(!history.can_undo());
+        history.redo();
+        assert_eq!(history.now(), &sized(1.9));
+    }
+
+    #[test]
+    fn another_setting_or_a_pause_is_a_step_of_its_own() {
+        let (mut history, start) = (History::default(), Instant::now());
+        history.change(sized(2.0), "splat.size", start);
+        history.change(sized(3.0), "splat.size", start + 2 * TOGETHER);
+        history.undo();
+        assert_eq!(history.now(), &sized(2.0));
+        history.change(sized(4.0), "preset", start + 2 * TOGETHER);
+        assert!(!history.can_redo(), "what was undone is gone");
+    }
+
+    #[test]
+    fn settings_as_toml_are_read_back() {
+        let settings = sized(2.5).with("reflect.method", toml::Value::String("ray_trace".into()));
+        let settings = settings.expect("a method");
+        let text = as_toml(&settings);
+        let read: toml::Table = text.parse().expect("TOML");
+        let read: Settings = read["settings"].clone().try_into().expect("settings");
+        assert_eq!(read, settings, "{text}");
+        assert_eq!(as_toml(&Settings::default()), "", "nothing differs");
+    }
+
+    #[test]
+    fn a_shell_reads_what_was_quoted() {
+        let words = ["plain", "two words", "it's", ""].map(str::to_owned);
+        assert_eq!(quoted(&words), r"plain 'two words' 'it'\''s' ''");
+    }
+}

@@ -1,0 +1,182 @@
+//! The menu, and the keys of its entries.
+
+use eframe::egui::{self, Key, KeyboardShortcut, Modifiers};
+use glam::DVec3;
+
+use crate::viewer::app::Viewer;
+use crate::viewer::canvas::frame_all;
+use crate::viewer::history::{as_toml, quoted};
+use crate::viewer::navigation::NamedView;
+
+const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
+const RELOAD: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::R);
+const EXPORT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::S);
+
+const UPS: [(&str, DVec3); 4] = [
+    ("Y up", DVec3::Y),
+    ("Z up", DVec3::Z),
+    ("X up", DVec3::X),
+    ("-Y up", DVec3::NEG_Y),
+];
+
+/// Keys that work wherever the cursor is.
+pub(super) fn shortcuts(viewer: &mut Viewer, ui: &egui::Ui) {
+    let pressed = |shortcut: &KeyboardShortcut| ui.input_mut(|i| i.consume_shortcut(shortcut));
+    if pressed(&OPEN) {
+        viewer.ask_for_file(ui.ctx());
+    }
+    if pressed(&RELOAD) {
+        viewer.reload();
+    }
+    if pressed(&EXPORT) {
+        super::export::open(viewer);
+    }
+    if ui.input(|i| i.key_pressed(Key::F1)) {
+        viewer.panels.help = !viewer.panels.help;
+    }
+}
+
+pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
+    egui::MenuBar::new().ui(ui, |ui| {
+        ui.menu_button("File", |ui| file(viewer, ui));
+        ui.menu_button("Edit", |ui| edit(viewer, ui));
+        ui.menu_button("View", |ui| view(viewer, ui));
+        if ui
+            .button("Help")
+            .on_hover_text("Keys and mouse (F1)")
+            .clicked()
+        {
+            viewer.panels.help = true;
+        }
+    });
+}
+
+fn file(viewer: &mut Viewer, ui: &mut egui::Ui) {
+    let entry = |ui: &mut egui::Ui, text: &str, shortcut: &KeyboardShortcut, about: &str| {
+        let keys = ui.ctx().format_shortcut(shortcut);
+        let button = egui::Button::new(text).shortcut_text(keys);
+        ui.add(button).on_hover_text(about).clicked()
+    };
+    if entry(ui, "Open...", &OPEN, "Open a scene or a point cloud") {
+        viewer.ask_for_file(ui.ctx());
+    }
+    ui.menu_button("Open recent", |ui| {
+        for path in viewer.panels.recent.clone() {
+            if ui.button(path.display().to_string()).clicked() {
+                viewer.open(path);
+            }
+        }
+    });
+    if entry(
+        ui,
+        "Reload",
+        &RELOAD,
+        "Read the files anew; camera and settings stay",
+    ) {
+        viewer.reload();
+    }
+    ui.separator();
+    if entry(
+        ui,
+        "Export...",
+        &EXPORT,
+        "Write a picture of any size, and G-buffers",
+    ) {
+        super::export::open(viewer);
+    }
+    let words = ui.button("Copy command line");
+    let words = words.on_hover_text("What renders this picture without a window");
+    if words.clicked() {
+        let camera = viewer.camera();
+        let mut words = viewer.command_line(&camera, "picture.png".as_ref());
+        words.insert(0, "catoptric".into());
+        ui.ctx().copy_text(quoted(&words));
+    }
+    ui.separator();
+    if ui.button("Quit").clicked() {
+        ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
+    }
+}
+
+fn edit(viewer: &mut Viewer, ui: &mut egui::Ui) {
+    let (undo, redo) = (viewer.history.can_undo(), viewer.history.can_redo());
+    if ui
+        .add_enabled(undo, egui::Button::new("Undo").shortcut_text("Ctrl+Z"))
+        .clicked()
+    {
+        viewer.history.undo();
+        viewer.touch();
+    }
+    if ui
+        .add_enabled(redo, egui::Button::new("Redo").shortcut_text("Ctrl+Y"))
+        .clicked()
+    {
+        viewer.history.redo();
+        viewer.touch();
+    }
+    ui.separator();
+    let copy = ui.button("Copy settings as TOML");
+    let copy =
+        copy.on_hover_text("Those that differ from the defaults, to paste into a scene file");
+    if copy.clicked() {
+        ui.ctx().copy_text(as_toml(viewer.settings()));
+    }
+}
+
+fn view(viewer: &mut Viewer, ui: &mut egui::Ui) {
+    let frame = egui::Button::new("Frame all").shortcut_text("F");
+    if ui
+        .add(frame)
+        .on_hover_text("Step back until everything is seen")
+        .clicked()
+    {
+        frame_all(viewer);
+        viewer.touch();
+    }
+    let as_opened = ui.button("As opened");
+    if as_opened.on_hover_text("The camera of the scene").clicked()
+        && let Some(opened) = &viewer.opened
+    {
+        viewer.navigator = super::super::navigation::Navigator::of(&opened.loaded.camera);
+        viewer.touch();
+    }
+    for (named, name) in NamedView::ALL {
+        if ui.button(name).clicked()
+            && let Some(opened) = &viewer.opened
+        {
+            let bounds = opened.loaded.facts.bounds;
+            viewer.navigator.look_from(named, bounds, &viewer.like);
+            viewer.touch();
+        }
+    }
+    ui.separator();
+    for (name, up) in UPS {
+        let chosen = viewer.navigator.up().distance(up) < 1e-6;
+        let about = "Which way is up; remembered for this file";
+        if ui.radio(chosen, name).on_hover_text(about).clicked() {
+            viewer.navigator.set_up(up);
+            if let Some(opened) = &viewer.opened {
+                viewer.panels.set_up(&opened.path, up);
+            }
+            viewer.touch();
+        }
+    }
+    ui.separator();
+    let field = egui::Slider::new(&mut viewer.like.fov_y_degrees, 5.0..=120.0);
+    let field = ui.add(field.text("field of view").suffix("\u{b0}"));
+    let budget = egui::Slider::new(&mut viewer.pace.budget_ms, 10.0..=500.0).logarithmic(true);
+    let about = "What a frame may take while the camera moves; fewer points are drawn then";
+    ui.add(budget.text("moving frame").suffix(" ms"))
+        .on_hover_text(about);
+    if field.on_hover_text("Vertical, degrees").changed() {
+        viewer.touch();
+    }
+    ui.separator();
+    let mut settings = !viewer.panels.hide_settings;
+    let mut numbers = !viewer.panels.hide_numbers;
+    ui.checkbox(&mut settings, "Settings panel");
+    ui.checkbox(&mut numbers, "Numbers panel");
+    viewer.panels.hide_settings = !settings;
+    viewer.panels.hide_numbers = !numbers;
+    egui::widgets::global_theme_preference_buttons(ui);
+}
