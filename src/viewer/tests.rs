@@ -22,6 +22,7 @@ const SCENE: &str = r#"
     generate = "sphere"
     points = 30000
     [[light]]
+    kind = "spot"
     position = [0.95, 0.6, 0]
     target = [-1, -0.6, 0]
     intensity = [9, 9, 9]
@@ -57,9 +58,12 @@ fn window(path: Option<&Path>) -> Harness<'static, Viewer> {
 fn until(window: &mut Harness<'_, Viewer>, what: &str, holds: impl Fn(&Viewer) -> bool) {
     let start = Instant::now();
     while !holds(window.state()) {
+        let v = window.state();
         assert!(
-            start.elapsed() < Duration::from_secs(120),
-            "{what} did not come"
+            start.elapsed() < Duration::from_secs(60),
+            "{what} did not come: {:?} {:?}",
+            v.messages,
+            v.shown.as_ref().map(|s| &s.request)
         );
         std::thread::sleep(Duration::from_millis(5));
         window.step();

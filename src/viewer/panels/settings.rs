@@ -139,7 +139,8 @@ fn row(ui: &mut egui::Ui, setting: &Description, settings: &Settings) -> Option<
         }
         ui.label(text).on_hover_text(about(setting));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            let reset = ui.add_enabled(differs, egui::Button::new("\u{27f2}").frame(false));
+            let button = egui::Button::new(RichText::new("reset").small());
+            let reset = ui.add_visible(differs, button.frame(false));
             let reset = reset.on_hover_text(format!("Back to {}", setting.default));
             if reset.clicked() {
                 chosen = Some(setting.default.clone());
