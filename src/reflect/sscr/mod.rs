@@ -18,6 +18,7 @@ pub mod newton;
 mod outcome;
 pub mod prefix;
 mod random;
+pub mod real;
 pub mod root_find;
 mod settings;
 
@@ -25,7 +26,9 @@ use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
 
 pub(crate) use mirror_pixels::around;
-pub use settings::{Closing, Distribution, Search, Splatting, SscrSettings, Visibility};
+pub use settings::{
+    Closing, Distribution, OF_GUIDED, OF_INTERLEAVED, Search, Splatting, SscrSettings, Visibility,
+};
 
 /// A region of homogeneous curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]
