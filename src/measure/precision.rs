@@ -11,6 +11,7 @@ use crate::cloud::{Place, require_memory};
 use crate::error::Result;
 use crate::gbuffer::GBuffer;
 use crate::job::Job;
+use crate::reflect::sscr::SscrSettings;
 use crate::reflect::sscr::curvature::{Axes, curvature};
 use crate::reflect::sscr::distribute::distribute;
 use crate::reflect::sscr::lhc::Labeller;
@@ -102,14 +103,27 @@ pub fn found_by_both(
     let cells = curvature(&surface, axes, &settings.lhc);
     let mut labeller = Labeller::default();
     let mirrors = LabelledMirrors::new(&surface, labeller.lhc(&cells), gbuffer.pinhole.right);
-    let params = RootFindParams::from(&settings.sscr);
-    let single = RootFinder::<f32>::with(&mirrors, params)?;
-    let double = RootFinder::<f64>::with(&mirrors, params)?;
+    found_in(&mirrors, places, &settings.sscr, job)
+}
+
+/// The same in mirrors that are labelled.
+///
+/// # Errors
+/// As [`found_by_both`].
+pub fn found_in(
+    mirrors: &LabelledMirrors<'_, Cpu>,
+    places: &[Place],
+    settings: &SscrSettings,
+    job: &Job,
+) -> Result<(u64, Vec<FoundBy>)> {
+    let params = RootFindParams::from(settings);
+    let single = RootFinder::<f32>::with(mirrors, params)?;
+    let double = RootFinder::<f64>::with(mirrors, params)?;
     let memory = (places.len() * size_of::<FoundBy>()) as u64;
     require_memory("comparing hits of f32 and f64", memory)?;
 
     let both = |point: u32, position: Vec3| {
-        let region = distribute(mirrors.regions, settings.sscr.distribution, point, 0)?;
+        let region = distribute(mirrors.regions, settings.distribution, point, 0)?;
         let single = match single.find(point, position, region) {
             Outcome::Found(root) => Some(root.pixel.as_dvec2()),
             Outcome::Lost(_) => None,

@@ -139,9 +139,16 @@ pub fn tune(task: &TuneTask<'_>, job: &Job) -> Result<Tuned> {
     // The promise is measured anew, since the best of many is often only the luckiest: whoever is best then, stands.
     for _ in 0..CHECKED {
         tuner.sort(&mut tried);
-        match tried.first_mut() {
-            Some(best) if best.whole.is_empty() => tuner.check(best, job)?,
-            _ => break,
+        let unchecked = tried.iter().position(|t| t.whole.is_empty());
+        let Some(next) = unchecked.map(|i| tried.remove(i)) else {
+            break;
+        };
+        let mut next = [next];
+        tuner.check(&mut next[0], job)?;
+        let stands = tuner.stands(&next[0], &tried);
+        tried.extend(next);
+        if stands {
+            break;
         }
     }
     tuner.sort(&mut tried);

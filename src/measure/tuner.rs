@@ -14,8 +14,14 @@ use crate::job::Job;
 use crate::scene::{Override, Scene};
 use crate::settings::Settings;
 
-/// Whole frames of which the promise is the median.
-const CHECKS: usize = 5;
+/// Whole frames of which the promise is the median: the first number where they differ by less than [`STEADY`] of it.
+const CHECKS: [usize; 2] = [3, 7];
+
+/// Spread of times that are steady, of their median.
+const STEADY: f64 = 0.1;
+
+/// Who is slower by less than this part of the time is no worse.
+const TIE: f64 = 0.03;
 
 /// Frames by which the share of light is told.
 const CALIBRATIONS: usize = 2;
@@ -192,8 +198,13 @@ impl<'a> Tuner<'a> {
 
     /// Times whole frames of a candidate, by turns with the reference.
     pub(super) fn check(&mut self, candidate: &mut Tried, job: &Job) -> Result<()> {
-        for turn in 0..CHECKS {
-            job.progress("checking", turn as u64, CHECKS as u64)?;
+        let [few, most] = CHECKS;
+        for turn in 0..most {
+            let Spread { median, min, max } = Spread::of(&candidate.whole);
+            if turn >= few && max - min < STEADY * median {
+                break;
+            }
+            job.progress("checking", turn as u64, most as u64)?;
             let reference = self.reference(job)?;
             let wall = self.bench.run(&candidate.settings, job)?.cost.wall_ms;
             candidate.whole.push(wall / reference.max(1e-9));
@@ -234,6 +245,16 @@ impl<'a> Tuner<'a> {
         Ok(())
     }
 
+    /// Whether settings whose whole frames were measured are no worse than all others.
+    pub(super) fn stands(&self, checked: &Tried, others: &[Tried]) -> bool {
+        let mut lenient = checked.clone();
+        for ratio in &mut lenient.whole {
+            *ratio *= 1.0 - TIE;
+        }
+        !others.iter().any(|other| self.better(other, &lenient))
+    }
+
+    /// Whether `a` is better.
     fn better(&self, a: &Tried, b: &Tried) -> bool {
         let (goal, reference_ms) = (self.task.goal, self.reference_ms().median);
         let [a, b] = [a, b].map(|t| t.order(goal, reference_ms));
