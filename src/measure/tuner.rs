@@ -15,7 +15,7 @@ use crate::scene::{Override, Scene};
 use crate::settings::Settings;
 
 /// Whole frames of which the promise is the median: the first number where they differ by less than [`STEADY`] of it.
-const CHECKS: [usize; 2] = [3, 7];
+const CHECKS: [usize; 2] = [3, 5];
 
 /// Spread of times that are steady, of their median.
 const STEADY: f64 = 0.1;
