@@ -140,7 +140,7 @@ mod tests {
             mirror(Vec3::new(0.3, -0.2, 1.0), Vec3::X),
             DVec3::new(0.3, -0.2, 1.0),
         );
-        let double = MirrorPoint::new(
+        let double: MirrorPoint<f64> = MirrorPoint::new(
             POSITION.as_dvec3(),
             normal.normalize(),
             0.01,
