@@ -141,7 +141,8 @@ fn compare_refuses() {
 
 fn compare_tells_where_f32_and_f64_part() {
     let folder = room();
-    let compare = "compare room.toml --backend cpu --repeats 1 --set gi.vpl_count=0 --precision";
+    // Sums of such steps are exact in f32, so that no place lies on the edge of two pixels by rounding.
+    let compare = "compare room.toml --backend cpu --repeats 1 --precision --set gi.vpl_count=0 --set sscr.initial_step=0.1875";
     let said = done(folder.path(), &format!("{compare} -o out"));
     assert!(
         said.contains("interleaved: f32 and f64 part for "),
@@ -162,7 +163,7 @@ fn compare_tells_where_f32_and_f64_part() {
     );
     let [single, double] = ["/hit_f32", "/hit_f64"].map(|p| number(p).expect("a count"));
     assert!(
-        single > 2000.0 && (single / double - 1.0).abs() < 0.02,
+        single > 2000.0 && (single / double - 1.0).abs() < 0.002,
         "{precision}"
     );
     let median = number("/apart_px/median").expect("a number");
