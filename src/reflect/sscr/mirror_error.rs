@@ -1,14 +1,14 @@
 //! How far, and to which side, a mirror's reflection misses a point: the mirror-space error function of
 //! [Preiner 2010, section 3.3], with its formula put right.
 
-use super::real::{Real, Vector};
+use super::scalar::{Scalar, Vector};
 
 /// Smallest cosine between normal and view that is divided by: at silhouettes the error grows without bound.
 pub const SMALLEST_COSINE: f32 = 1e-4;
 
 /// A mirror at a pixel, with what the error there takes from it alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MirrorPoint<R: Real = f32> {
+pub struct MirrorPoint<R: Scalar = f32> {
     /// Relative to the scene's origin.
     pub position: R::Vec3,
     /// Unit length, on the side of the eye.
@@ -23,7 +23,7 @@ pub struct MirrorPoint<R: Real = f32> {
     pub spacing: R,
 }
 
-impl<R: Real> MirrorPoint<R> {
+impl<R: Scalar> MirrorPoint<R> {
     /// The mirror at `position`, of unit `normal` and with points at `spacing`, seen from `eye` in a picture with the unit
     /// x axis `right`.
     pub fn new(
@@ -76,7 +76,7 @@ impl<R: Real> MirrorPoint<R> {
 /// The difference of two stereographic projections from the direction opposite to the eye: that of the reflected view,
 /// `n.xy / n.z`, and that of the direction to the point, `q.xy / (|q| + q.z)`, in mirror space.
 #[inline]
-pub fn mirror_error<R: Real>(mirror: &MirrorPoint<R>, point: R::Vec3) -> R::Vec2 {
+pub fn mirror_error<R: Scalar>(mirror: &MirrorPoint<R>, point: R::Vec3) -> R::Vec2 {
     let q = mirror.mirror_space(point - mirror.position);
     let distance = q.length();
     let [x, y, z] = R::parts3(q);

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::Region;
 use super::mirror_error::MirrorPoint;
-use super::real::Real;
+use super::scalar::Scalar;
 use crate::backend::cpu::Cpu;
 use crate::cloud::require_memory;
 use crate::error::Result;
@@ -14,7 +14,7 @@ use crate::reflect::{Eye, LabelledMirrors};
 /// All that the search asks of a pixel, of f32 in one cache line: its steps jump about the picture.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-struct MirrorPixel<R: Real> {
+struct MirrorPixel<R: Scalar> {
     mirror: MirrorPoint<R>,
     /// 0 where there is no mirror.
     region: u32,
@@ -22,13 +22,13 @@ struct MirrorPixel<R: Real> {
 
 /// The mirrors of a picture, in the rectangle around all regions.
 #[derive(Debug)]
-pub(super) struct MirrorPixels<R: Real> {
+pub(super) struct MirrorPixels<R: Scalar> {
     bounds: PixelRect,
     /// Row by row.
     pixels: Vec<MirrorPixel<R>>,
 }
 
-impl<R: Real> MirrorPixels<R> {
+impl<R: Scalar> MirrorPixels<R> {
     /// Lays out the mirrors of a picture.
     ///
     /// # Errors
@@ -73,7 +73,7 @@ impl<R: Real> MirrorPixels<R> {
 }
 
 /// The mirror in column `x`, row `y`; `None` where there is none.
-fn mirror_pixel<R: Real>(
+fn mirror_pixel<R: Scalar>(
     mirrors: &LabelledMirrors<'_, Cpu>,
     x: usize,
     y: usize,

@@ -18,8 +18,8 @@ pub mod newton;
 mod outcome;
 pub mod prefix;
 mod random;
-pub mod real;
 pub mod root_find;
+pub mod scalar;
 mod settings;
 
 use crate::gbuffer::disc::PixelRect;

@@ -1,10 +1,10 @@
 //! What searches come to.
 
-use super::real::Real;
+use super::scalar::Scalar;
 
 /// Where a point is seen in the mirror.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Root<R: Real = f32> {
+pub struct Root<R: Scalar = f32> {
     /// Pixels (centres at + 0.5).
     pub pixel: R::Vec2,
     /// Distance from the mirror's point, in the cloud's unit.
@@ -17,7 +17,7 @@ pub struct Root<R: Real = f32> {
 
 /// How the search for a point ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Outcome<R: Real = f32> {
+pub enum Outcome<R: Scalar = f32> {
     /// The mirror shows it.
     Found(Root<R>),
     /// Not found.
@@ -26,14 +26,14 @@ pub enum Outcome<R: Real = f32> {
 
 /// Where a search ended without finding its point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct End<R: Real = f32> {
+pub struct End<R: Scalar = f32> {
     /// Steps taken.
     pub steps: u32,
     /// The last place in the region, pixels; `None` where no place to start from was found.
     pub pixel: Option<R::Vec2>,
 }
 
-impl<R: Real> Default for End<R> {
+impl<R: Scalar> Default for End<R> {
     fn default() -> Self {
         Self {
             steps: 0,
@@ -42,7 +42,7 @@ impl<R: Real> Default for End<R> {
     }
 }
 
-impl<R: Real> Outcome<R> {
+impl<R: Scalar> Outcome<R> {
     /// Where the search ended, pixels; `None` where it did not begin.
     pub fn pixel(&self) -> Option<R::Vec2> {
         match self {

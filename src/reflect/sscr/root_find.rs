@@ -12,7 +12,7 @@ use super::distribute::distribute;
 use super::mirror_error::{MirrorPoint, mirror_error};
 use super::mirror_pixels::MirrorPixels;
 use super::random::Random;
-use super::real::{Real, Vector};
+use super::scalar::{Scalar, Vector};
 use super::{Region, SscrSettings};
 use crate::backend::cpu::Cpu;
 use crate::cloud::{Place, Surfels};
@@ -63,7 +63,7 @@ impl From<&SscrSettings> for RootFindParams {
 
 /// The mirrors in which points are searched.
 #[derive(Debug)]
-pub struct RootFinder<'a, R: Real = f32> {
+pub struct RootFinder<'a, R: Scalar = f32> {
     regions: &'a [Region],
     mirrors: MirrorPixels<R>,
     params: RootFindParams,
@@ -71,12 +71,12 @@ pub struct RootFinder<'a, R: Real = f32> {
 
 /// A place in the region, and the error there.
 #[derive(Clone, Copy)]
-struct Probe<R: Real> {
+struct Probe<R: Scalar> {
     at: R::Vec2,
     error: R::Vec2,
 }
 
-impl<R: Real> Probe<R> {
+impl<R: Scalar> Probe<R> {
     /// The end of a search that got no further.
     fn lost(&self, steps: u32) -> Outcome<R> {
         Outcome::Lost(End {
@@ -93,7 +93,7 @@ struct Axis<R> {
     step: R,
 }
 
-impl<R: Real> Axis<R> {
+impl<R: Scalar> Axis<R> {
     /// Turns round, and halves the step, as the errors before and after a step say.
     #[inline]
     fn turn(&mut self, before: R, after: R) {
@@ -108,19 +108,19 @@ impl<R: Real> Axis<R> {
 
 /// The step that both axes make together.
 #[inline]
-fn step_of<R: Real>(x: Axis<R>, y: Axis<R>) -> R::Vec2 {
+fn step_of<R: Scalar>(x: Axis<R>, y: Axis<R>) -> R::Vec2 {
     R::vec2(x.direction * x.step, y.direction * y.step)
 }
 
 #[inline]
-fn opposite<R: Real>(a: R, b: R) -> bool {
+fn opposite<R: Scalar>(a: R, b: R) -> bool {
     let zero = R::default();
     (a < zero) != (b < zero)
 }
 
 /// Where between two places the error vanishes, if it runs straight.
 #[inline]
-fn between<R: Real>(first: R, last: R, first_error: R, last_error: R) -> R {
+fn between<R: Scalar>(first: R, last: R, first_error: R, last_error: R) -> R {
     let (a, b) = (first_error.abs(), last_error.abs());
     let sum = a + b;
     let part = if sum > R::default() {
@@ -131,7 +131,7 @@ fn between<R: Real>(first: R, last: R, first_error: R, last_error: R) -> R {
     first + (last - first) * part
 }
 
-impl<'a, R: Real> RootFinder<'a, R> {
+impl<'a, R: Scalar> RootFinder<'a, R> {
     /// Readies the mirrors of a picture for searching with these numbers; the first component of errors follows the
     /// picture's x axis.
     ///

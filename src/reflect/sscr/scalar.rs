@@ -30,7 +30,7 @@ pub trait Vector<R>:
 }
 
 /// A number of the search, f32 or f64, and its vectors.
-pub trait Real:
+pub trait Scalar:
     sealed::Sealed
     + Copy
     + Debug
@@ -89,35 +89,35 @@ pub trait Real:
     fn unit(v: Self::Vec3) -> Self::Vec3;
 }
 
-macro_rules! real {
-    ($real:ty, $vec2:ty, $vec3:ty) => {
-        impl Vector<$real> for $vec2 {
+macro_rules! scalar {
+    ($scalar:ty, $vec2:ty, $vec3:ty) => {
+        impl Vector<$scalar> for $vec2 {
             #[inline]
-            fn dot(self, other: Self) -> $real {
+            fn dot(self, other: Self) -> $scalar {
                 <$vec2>::dot(self, other)
             }
             #[inline]
-            fn length(self) -> $real {
+            fn length(self) -> $scalar {
                 <$vec2>::length(self)
             }
         }
 
-        impl Vector<$real> for $vec3 {
+        impl Vector<$scalar> for $vec3 {
             #[inline]
-            fn dot(self, other: Self) -> $real {
+            fn dot(self, other: Self) -> $scalar {
                 <$vec3>::dot(self, other)
             }
             #[inline]
-            fn length(self) -> $real {
+            fn length(self) -> $scalar {
                 <$vec3>::length(self)
             }
         }
 
-        impl Real for $real {
+        impl Scalar for $scalar {
             type Vec2 = $vec2;
             type Vec3 = $vec3;
 
-            const MIN_POSITIVE: Self = <$real>::MIN_POSITIVE;
+            const MIN_POSITIVE: Self = <$scalar>::MIN_POSITIVE;
 
             #[inline]
             fn of(value: f32) -> Self {
@@ -125,15 +125,15 @@ macro_rules! real {
             }
             #[inline]
             fn abs(self) -> Self {
-                <$real>::abs(self)
+                <$scalar>::abs(self)
             }
             #[inline]
             fn max(self, other: Self) -> Self {
-                <$real>::max(self, other)
+                <$scalar>::max(self, other)
             }
             #[inline]
             fn floor(self) -> Self {
-                <$real>::floor(self)
+                <$scalar>::floor(self)
             }
             #[inline]
             fn cell(self) -> u32 {
@@ -171,5 +171,5 @@ macro_rules! real {
     };
 }
 
-real!(f32, Vec2, Vec3);
-real!(f64, DVec2, DVec3);
+scalar!(f32, Vec2, Vec3);
+scalar!(f64, DVec2, DVec3);
