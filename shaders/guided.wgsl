@@ -125,12 +125,13 @@ fn search(index: u32, place: vec4f, mirror: bool) -> u32 {
             }
             // The chart is not one point: a second look, from where the first says that the ray leaves.
             let map = nodes[chart].first;
-            let first = field_sample(map_place(map, point - nodes[chart].centre));
-            let near = select(nodes[chart].centre, first.point, first.valid);
-            var start: Place;
-            start.at = map_place(map, point - near);
-            start.field = field_sample(start.at);
-            if start.field.valid {
+            let first = map_place(map, point - nodes[chart].centre);
+            var near = nodes[chart].centre;
+            if sides(first) > 0u {
+                near = texels[2u * texel_of(first)].xyz;
+            }
+            let start = map_place(map, point - near);
+            if sides(start) > 0u {
                 let root = newton(start, point, vec2f(0.0), 3.4e38);
                 steps += root.steps;
                 if root.found {
@@ -160,8 +161,8 @@ fn search(index: u32, place: vec4f, mirror: bool) -> u32 {
                 continue;
             }
             let next = take_step(node.start, first.step);
-            if next.field.valid {
-                let root = newton(next, point, node.start, STAY);
+            if next.inside {
+                let root = newton(next.at, point, node.start, STAY);
                 steps += root.steps;
                 if root.found {
                     keep(root, index, place, mirror);

@@ -8,8 +8,9 @@ use catoptric::reflect::sscr::chart_class::{CHART_CLASS, chart_class};
 use catoptric::reflect::sscr::charts::{Chart, LEAST_PIXELS, charts};
 use catoptric::reflect::sscr::curvature::{Axes, LhcSettings, curvature};
 use catoptric::reflect::sscr::field::MirrorField;
-use catoptric::reflect::sscr::guided::{Guide, shorten};
+use catoptric::reflect::sscr::guided::Guide;
 use catoptric::reflect::sscr::lhc::Labeller;
+use catoptric::reflect::sscr::shorten::shorten;
 use glam::{DVec2, Vec3};
 
 /// Mirrors with their charts.

@@ -4,8 +4,8 @@ use catoptric::Job;
 use catoptric::cloud::along_curve;
 use catoptric::cloud::generate::SceneName;
 use catoptric::reflect::Surface;
-use catoptric::reflect::sscr::Search;
 use catoptric::reflect::sscr::curvature::Axes;
+use catoptric::reflect::sscr::{Closing, Search};
 use glam::Vec3;
 use libtest_mimic::Trial;
 
@@ -56,6 +56,9 @@ const SCREEN: Axes = Axes::Screen {
     right: Vec3::X,
     down: Vec3::NEG_Y,
 };
+
+/// How far the search whose holes are closed by rays may be behind rays alone, dB.
+const HYBRID_BEHIND_RAYS: f64 = 1.0;
 
 pub(crate) fn tests() -> Vec<Trial> {
     let mut trials = Vec::new();
@@ -135,6 +138,19 @@ fn shows_as_much_as_rays_do(expected: &Expected) {
         sscr.psnr > sscr.moved,
         "{scene}: the truth one pixel off is as good, {sscr:?}"
     );
+
+    // With holes and doubtful pixels closed by rays.
+    settings.sscr.closing = Closing::Rays;
+    let hybrid = opened.render(&settings).mirror;
+    let hybrid = Figures::of(&truth, &hybrid.expect("the camera sees a mirror"));
+    println!("{scene}, closed by rays: {hybrid:?}");
+    assert!(
+        hybrid.psnr >= rays.psnr - HYBRID_BEHIND_RAYS,
+        "{scene}: {:.2} dB closed by rays, rays alone {:.2} dB",
+        hybrid.psnr,
+        rays.psnr
+    );
+    settings.sscr.closing = Closing::PullPush;
 
     // Fewer points cover the mirrors, too.
     let (points, covered) = expected.covered_by;

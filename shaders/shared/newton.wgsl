@@ -51,17 +51,17 @@ fn newton_step(s: Sample, point: vec3f, damped: bool) -> Step {
 
 struct Place {
     at: vec2f,
-    field: Sample,
+    inside: bool,   // the field
 }
 
-// The place that a step leads to; a step that leaves the mirror is halved.
+// The place that a step leads to; a step that leaves the field is halved.
 fn take_step(origin: vec2f, first_step: vec2f) -> Place {
     var step = first_step;
     var place: Place;
     for (var k = 0u; k <= HALVINGS; k++) {
         place.at = origin + step;
-        place.field = field_sample(place.at);
-        if place.field.valid {
+        place.inside = sides(place.at) > 0u;
+        if place.inside {
             break;
         }
         step *= 0.5;
@@ -79,13 +79,14 @@ struct Root {
     steps: u32,
 }
 
-// Searches from a place on, no farther than `reach` from `centre` along either axis.
-fn newton(start: Place, point: vec3f, centre: vec2f, reach: f32) -> Root {
+// Searches from a place of the field on, no farther than `reach` from `centre` along either axis.
+fn newton(start: vec2f, point: vec3f, centre: vec2f, reach: f32) -> Root {
     var root: Root;
-    var here = start;
+    var at = start;
     for (var steps = 1u; steps <= MAX_STEPS; steps++) {
         root.steps = steps;
-        let s = newton_step(here.field, point, true);
+        let here = field_sample(at);
+        let s = newton_step(here, point, true);
         let length = sqrt(s.step.x * s.step.x + s.step.y * s.step.y);
         // What is not a number ends the search.
         if !(length < 3.4e38) {
@@ -96,24 +97,24 @@ fn newton(start: Place, point: vec3f, centre: vec2f, reach: f32) -> Root {
             return root;
         }
         let taken = s.step * min(LONGEST_STEP / length, 1.0);
-        let off = abs(here.at + taken - centre);
+        let off = abs(at + taken - centre);
         if !(max(off.x, off.y) <= reach) {
             return root;
         }
-        let next = take_step(here.at, taken);
-        if !next.field.valid {
+        let next = take_step(at, taken);
+        if !next.inside {
             return root;
         }
+        at = next.at;
         if last {
-            root.found = is_inside(next.at);
-            root.at = next.at;
+            root.found = is_inside(at);
+            root.at = at;
             root.distance = s.distance;
             root.magnification = s.magnification;
-            root.spacing = here.field.spacing;
-            root.at_end = sides(next.at) > 1u;
+            root.spacing = here.spacing;
+            root.at_end = sides(at) > 1u;
             return root;
         }
-        here = next;
     }
     return root;
 }

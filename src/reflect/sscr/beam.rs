@@ -46,6 +46,12 @@ impl Points8 {
             xyz: [lane(0), lane(1), lane(2)],
         }
     }
+
+    /// The vectors to them, each from a place of its own.
+    #[inline(always)]
+    pub(super) fn seen_from(&self, places: &[Vec3; 8]) -> [f32x8; 3] {
+        std::array::from_fn(|k| self.xyz[k] - f32x8::from(places.map(|p| p[k])))
+    }
 }
 
 impl Beam {

@@ -5,11 +5,14 @@
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use wide::f32x8;
 
 use super::beam::Beam;
 use super::beam_tree::BeamTree;
 use super::field::MirrorField;
+use super::real::{Real, dot};
 use super::{LhcMap, Region};
+use crate::cloud::require_memory;
 use crate::error::Result;
 use crate::job::Job;
 
@@ -18,6 +21,9 @@ pub const LEAST_PIXELS: u32 = 48;
 
 /// Charts of fewer cells have no direction map: it would be larger than their trees, and hardly faster.
 const LEAST_CELLS: usize = 256;
+
+/// What a mirror pixel's part of its chart takes: its cell twice, and its share of the tree and of the map.
+const BYTES: u64 = 64;
 
 /// Cells of a direction map along each axis.
 pub const MAP_SIDE: usize = 32;
@@ -73,26 +79,32 @@ impl DirectionMap {
         };
         samples.first()?;
         for (place, direction) in samples {
-            let cell = map.cell(*direction);
+            let cell = Self::cell(map.column_and_row(direction.to_array()));
             map.places[cell] = *place;
         }
         map.fill();
         Some(map)
     }
 
-    /// The cell of a direction, of any length but 0.
-    #[inline]
-    fn cell(&self, direction: Vec3) -> usize {
-        let along = self.axis.dot(direction) + direction.length();
-        let over = self.scale / along.max(1e-6);
-        let column = self.right.dot(direction) * over + MAP_SIDE as f32 * 0.5;
-        let row = self.up.dot(direction) * over + MAP_SIDE as f32 * 0.5;
-        let last = (MAP_SIDE - 1) as f32;
-        let (column, row) = (
-            column.clamp(0.0, last) as usize,
-            row.clamp(0.0, last) as usize,
-        );
-        row * MAP_SIDE + column
+    /// The column and row of a direction, of any length but 0: from 0 to the map's side.
+    #[inline(always)]
+    fn column_and_row<T: Real>(&self, direction: [T; 3]) -> [T; 2] {
+        let with = |axis: Vec3| dot(axis.to_array().map(T::of), direction);
+        let along = with(self.axis) + dot(direction, direction).sqrt();
+        let least = T::of(1e-6);
+        let over = T::of(self.scale) / along.where_below(least, least, along);
+        let middle = T::of(MAP_SIDE as f32 * 0.5);
+        [
+            with(self.right) * over + middle,
+            with(self.up) * over + middle,
+        ]
+    }
+
+    /// The cell of a column and a row; the nearest beside the map.
+    #[inline(always)]
+    fn cell([column, row]: [f32; 2]) -> usize {
+        let inside = |v: f32| v.clamp(0.0, (MAP_SIDE - 1) as f32) as usize;
+        inside(row) * MAP_SIDE + inside(column)
     }
 
     /// Axes of the map, unit vectors: right, up, and that of the cone.
@@ -110,13 +122,14 @@ impl DirectionMap {
         &self.places
     }
 
-    /// The place that reflects about in a direction.
-    #[inline]
-    pub fn place(&self, direction: Vec3) -> Vec2 {
-        self.places
-            .get(self.cell(direction))
-            .copied()
-            .unwrap_or(Vec2::ZERO)
+    /// The places that reflect about in eight directions, of any length but 0.
+    #[inline(always)]
+    pub(super) fn places_towards(&self, directions: [f32x8; 3]) -> impl Fn(usize) -> Vec2 {
+        let [column, row] = self.column_and_row(directions).map(|v| v.to_array());
+        move |lane| {
+            let cell = Self::cell([column[lane], row[lane]]);
+            self.places.get(cell).copied().unwrap_or(Vec2::ZERO)
+        }
     }
 
     /// Empty cells take the place of the nearest that is not, ring by ring.
@@ -198,8 +211,10 @@ pub(super) fn corners(
 /// The charts of a picture: one a region that has a cell of the field.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// [`crate::Error::Memory`] where the mirrors are too large, [`crate::Error::Cancelled`].
 pub fn charts(field: &MirrorField, lhc: &LhcMap, job: &Job) -> Result<Vec<Chart>> {
+    let pixels: u64 = lhc.regions.iter().map(|r| u64::from(r.pixels)).sum();
+    require_memory("the charts of the mirrors", pixels * BYTES)?;
     let charts = (lhc.regions.par_iter().enumerate())
         .map(|(k, region)| {
             if job.is_cancelled() {

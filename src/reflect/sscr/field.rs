@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use wide::f32x8;
 
 use super::curvature::{X_STEP, Y_STEP};
+use super::real::Real;
 use crate::backend::cpu::Cpu;
 use crate::cloud::require_memory;
 use crate::error::Result;
@@ -54,19 +55,50 @@ pub struct MirrorField {
     texels: Vec<Texel>,
 }
 
-/// The field at a place.
+/// The field at a place, or at several.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub struct Sample<T = f32> {
     /// The mirror's point, relative to the scene's origin.
-    pub point: Vec3,
+    pub point: [T; 3],
     /// The reflected ray's direction, of about unit length.
-    pub ray: Vec3,
+    pub ray: [T; 3],
     /// Slopes of `point`, per pixel to the right and down.
-    pub point_slope: [Vec3; 2],
+    pub point_slope: [[T; 3]; 2],
     /// Slopes of `ray`.
-    pub ray_slope: [Vec3; 2],
+    pub ray_slope: [[T; 3]; 2],
     /// Local spacing of the mirror's points.
-    pub spacing: f32,
+    pub spacing: T,
+}
+
+impl<T: Real> Sample<T> {
+    /// From point, spacing and ray, and their slopes, as texels have them.
+    #[inline(always)]
+    fn new(value: [T; 8], right: [T; 8], down: [T; 8]) -> Self {
+        let point = |v: [T; 8]| [v[0], v[1], v[2]];
+        let ray = |v: [T; 8]| [v[4], v[5], v[6]];
+        Self {
+            point: point(value),
+            ray: ray(value),
+            point_slope: [point(right), point(down)],
+            ray_slope: [ray(right), ray(down)],
+            spacing: value[SPACING],
+        }
+    }
+}
+
+impl Sample {
+    /// The same field for eight.
+    #[inline(always)]
+    pub fn splat(&self) -> Sample<f32x8> {
+        let splat = |v: [f32; 3]| v.map(f32x8::splat);
+        Sample {
+            point: splat(self.point),
+            ray: splat(self.ray),
+            point_slope: self.point_slope.map(splat),
+            ray_slope: self.ray_slope.map(splat),
+            spacing: f32x8::splat(self.spacing),
+        }
+    }
 }
 
 fn point(v: [f32; 8]) -> Vec3 {
@@ -191,39 +223,79 @@ impl MirrorField {
         sides != 0 && !on_outline
     }
 
-    /// The field at a place; `None` outside of it.
+    /// Whether a place lies in the field.
     #[inline]
-    pub fn sample(&self, at: Vec2) -> Option<Sample> {
+    pub fn contains(&self, at: Vec2) -> bool {
+        self.cell(at).is_some()
+    }
+
+    /// The mirror's point at the upper left pixel of a place's cell; `None` outside of the field.
+    #[inline]
+    pub fn point_near(&self, at: Vec2) -> Option<Vec3> {
+        Some(point(self.texels.get(self.cell(at)?)?.0))
+    }
+
+    /// The upper left texel of the cell in which a place lies; `None` outside of the field.
+    #[inline]
+    fn cell(&self, at: Vec2) -> Option<usize> {
         // What is not a number passes neither comparison.
         if !(at.x >= 0.0 && at.y >= 0.0 && at.x < self.width as f32) {
             return None;
         }
-        let (x, y) = (at.x as usize, at.y as usize);
-        let first = y * self.width + x;
+        let index = at.y as usize * self.width + at.x as usize;
+        let whole = self.texels.get(index)?.0[WHOLE] > 0.0;
+        whole.then_some(index)
+    }
+
+    /// The values at a place, and their slopes to the right and down; `None` outside of the field.
+    #[inline]
+    fn bilinear(&self, at: Vec2) -> Option<[f32x8; 3]> {
+        let first = self.cell(at)?;
+        let below = first + self.width;
         let upper = self.texels.get(first..first + 2)?;
-        if upper[0].0[WHOLE] <= 0.0 {
-            return None;
-        }
-        let lower = self
-            .texels
-            .get(first + self.width..first + self.width + 2)?;
-        let (u, v) = (f32x8::splat(at.x - x as f32), f32x8::splat(at.y - y as f32));
+        let lower = self.texels.get(below..below + 2)?;
+        let part = |v: f32| f32x8::splat(v - v as usize as f32);
+        let (u, v) = (part(at.x), part(at.y));
         let [a, b] = [upper[0].0, upper[1].0].map(f32x8::from);
         let [c, d] = [lower[0].0, lower[1].0].map(f32x8::from);
         let (top, bottom) = (b - a, d - c);
-        let right = top + v * (bottom - top);
         let (left, other) = (c - a, d - b);
         let down = left + u * (other - left);
-        let value = (a + u * top + v * down).to_array();
-        let (right, down) = (right.to_array(), down.to_array());
-        Some(Sample {
-            point: point(value),
-            ray: ray(value),
-            point_slope: [point(right), point(down)],
-            ray_slope: [ray(right), ray(down)],
-            spacing: value[SPACING],
-        })
+        Some([a + u * top + v * down, top + v * (bottom - top), down])
     }
+
+    /// The field at a place; `None` outside of it.
+    #[inline]
+    pub fn sample(&self, at: Vec2) -> Option<Sample> {
+        let [value, right, down] = self.bilinear(at)?.map(|v| v.to_array());
+        Some(Sample::new(value, right, down))
+    }
+
+    /// The field at those of eight places whose bits are set; what the others get means nothing.
+    #[inline]
+    pub fn sample_eight(&self, at: &[Vec2; 8], mask: u32) -> Sample<f32x8> {
+        let mut rows = [[f32x8::ZERO; 8]; 3];
+        for lane in lanes(mask) {
+            if let Some(values) = self.bilinear(at[lane]) {
+                for (rows, value) in rows.iter_mut().zip(values) {
+                    rows[lane] = value;
+                }
+            }
+        }
+        let [value, right, down] = rows.map(f32x8::transpose);
+        Sample::new(value, right, down)
+    }
+}
+
+/// The numbers of the bits that are set.
+pub(super) fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros() as usize;
+        (mask != 0).then(|| {
+            mask &= mask - 1;
+            lane
+        })
+    })
 }
 
 /// The smallest rectangle around all mirrors.

@@ -18,9 +18,11 @@ pub mod newton;
 mod outcome;
 pub mod prefix;
 mod random;
+pub mod real;
 pub mod root_find;
 pub mod scalar;
 mod settings;
+pub mod shorten;
 
 use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;

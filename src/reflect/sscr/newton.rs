@@ -3,13 +3,13 @@
 //! The error is the vector F = r - l between the reflected direction r and the direction l from the mirror's point to the
 //! point of the cloud: three components, no poles, zero exactly where the point is seen. Its slope per pixel is
 //! J = r' + (P' - l (l . P')) / D, with the mirror's point P and the distance D; a step solves the two normal equations
-//! J^T J s = -J^T F. On the reference scenes a root takes three to five steps.
+//! J^T J s = -J^T F. On the reference scenes a root takes three to five steps, which are made for eight searches together.
 
 use glam::{Vec2, Vec3};
 use wide::f32x8;
 
-use super::beam::Points8;
-use super::field::{MirrorField, Sample};
+use super::field::{MirrorField, Sample, lanes};
+use super::real::{Real, dot};
 
 /// Steps at most.
 pub const MAX_STEPS: u32 = 10;
@@ -48,161 +48,235 @@ pub struct NewtonRoot {
     pub magnification: Vec2,
     /// Whether the field ends beside it.
     pub at_end: bool,
-    /// Length of the error that is left.
-    pub residual: f32,
-    /// Unit direction from the mirror's point to the point.
-    pub direction: Vec3,
     /// Local spacing of the mirror's points.
     pub spacing: f32,
 }
 
-/// The linear equations at a place.
-struct Step {
-    step: Vec2,
+/// What the linear equations at a place say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step<T> {
+    /// Pixels to the right and down; not a number where there is none.
+    pub step: [T; 2],
     /// What the step leaves of the error's square.
-    left_squared: f32,
-    slopes_squared: f32,
-    distance: f32,
-    magnification: Vec2,
-    direction: Vec3,
+    pub left_squared: T,
+    /// Squares of the error's slopes, a pixel.
+    pub slopes_squared: T,
+    /// From the mirror's point to the point.
+    pub distance: T,
+    /// See [`NewtonRoot::magnification`].
+    pub magnification: [T; 2],
 }
 
-#[inline]
-fn step(sample: &Sample, point: Vec3) -> Step {
-    let to_point = point - sample.point;
-    let distance = to_point.length();
-    let inverse = 1.0 / distance;
-    let l = to_point * inverse;
-    let error = sample.ray - l;
-    let slope = |k: usize| {
-        let moved = sample.point_slope[k];
-        sample.ray_slope[k] + (moved - l * l.dot(moved)) * inverse
-    };
-    let (right, down) = (slope(0), slope(1));
-    let (mut a, b, mut c) = (right.dot(right), right.dot(down), down.dot(down));
-    let (gx, gy) = (right.dot(error), down.dot(error));
-    let slopes_squared = a + c;
-    let mut determinant = a * c - b * b;
-    if determinant < FOLD * a * c {
-        a *= 1.0 + DAMPING;
-        c *= 1.0 + DAMPING;
-        determinant = a * c - b * b;
-    }
-    let over = 1.0 / determinant;
-    let step = Vec2::new(gy * b - gx * c, gx * b - gy * a) * over;
-    Step {
-        step,
-        left_squared: error.length_squared() + step.dot(Vec2::new(gx, gy)),
-        slopes_squared,
-        distance,
-        // Rounding may turn the sign where the mirror's picture folds.
-        magnification: Vec2::new((c * over).abs().sqrt(), (a * over).abs().sqrt()) * inverse,
-        direction: l,
-    }
-}
-
-/// The first steps from one place towards each of eight points, to the right and down; not a number where there is none.
+/// The step from a place towards the one that shows `point`; `DAMPED` where the mirror's picture folds.
 #[inline(always)]
-pub fn first_steps(sample: &Sample, points: &Points8) -> [f32x8; 2] {
-    let splat = |v: Vec3| v.to_array().map(f32x8::splat);
-    let dot = |a: [f32x8; 3], b: [f32x8; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let position = splat(sample.point);
-    let to_point: [f32x8; 3] = std::array::from_fn(|k| points.xyz[k] - position[k]);
-    let inverse = f32x8::ONE / dot(to_point, to_point).sqrt();
+pub fn step<T: Real, const DAMPED: bool>(sample: &Sample<T>, point: [T; 3]) -> Step<T> {
+    let to_point: [T; 3] = std::array::from_fn(|k| point[k] - sample.point[k]);
+    let distance = dot(to_point, to_point).sqrt();
+    let inverse = T::of(1.0) / distance;
     let l = to_point.map(|v| v * inverse);
-    let ray = splat(sample.ray);
-    let error: [f32x8; 3] = std::array::from_fn(|k| ray[k] - l[k]);
-    let slope = |k: usize| -> [f32x8; 3] {
-        let (turned, moved) = (splat(sample.ray_slope[k]), splat(sample.point_slope[k]));
+    let error: [T; 3] = std::array::from_fn(|k| sample.ray[k] - l[k]);
+    let slope = |k: usize| -> [T; 3] {
+        let (turned, moved) = (sample.ray_slope[k], sample.point_slope[k]);
         let along = dot(l, moved);
         std::array::from_fn(|k| turned[k] + (moved[k] - l[k] * along) * inverse)
     };
     let (right, down) = (slope(0), slope(1));
-    let (a, b, c) = (dot(right, right), dot(right, down), dot(down, down));
+    let (mut a, b, mut c) = (dot(right, right), dot(right, down), dot(down, down));
     let (gx, gy) = (dot(right, error), dot(down, error));
-    let over = f32x8::ONE / (a * c - b * b);
-    [(gy * b - gx * c) * over, (gx * b - gy * a) * over]
-}
-
-/// The part of the field in which a search stays: a square.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Within {
-    /// Its middle.
-    pub centre: Vec2,
-    /// Half its side, pixels.
-    pub reach: f32,
-}
-
-impl Within {
-    /// All of the field.
-    pub const ANYWHERE: Self = Self {
-        centre: Vec2::ZERO,
-        reach: f32::INFINITY,
-    };
-
-    #[inline]
-    fn holds(&self, at: Vec2) -> bool {
-        (at - self.centre).abs().max_element() <= self.reach
+    let slopes_squared = a + c;
+    let mut determinant = a * c - b * b;
+    if DAMPED {
+        let least = T::of(FOLD) * a * c;
+        let stretch = determinant.where_below(least, T::of(1.0 + DAMPING), T::of(1.0));
+        a = a * stretch;
+        c = c * stretch;
+        determinant = a * c - b * b;
+    }
+    let over = T::of(1.0) / determinant;
+    let step = [(gy * b - gx * c) * over, (gx * b - gy * a) * over];
+    Step {
+        step,
+        left_squared: dot(error, error) + step[0] * gx + step[1] * gy,
+        slopes_squared,
+        distance,
+        // Rounding may turn the sign where the mirror's picture folds.
+        magnification: [c, a].map(|v| (v * over).abs().sqrt() * inverse),
     }
 }
 
-/// The place that a step leads to, and the field there; a step that leaves the mirror is halved.
+/// The place that a step leads to; a step that leaves the field is halved.
 #[inline]
-pub fn take_step(field: &MirrorField, at: Vec2, mut step: Vec2) -> Option<(Vec2, Sample)> {
+pub fn take_step(field: &MirrorField, at: Vec2, mut step: Vec2) -> Option<Vec2> {
     for _ in 0..=HALVINGS {
-        if let Some(sample) = field.sample(at + step) {
-            return Some((at + step, sample));
+        if field.contains(at + step) {
+            return Some(at + step);
         }
         step *= 0.5;
     }
     None
 }
 
-/// Searches from a place, where the field is `sample`, for the one where it shows `point`.
-///
-/// Returns the root, if there is one, and the number of steps.
-#[inline]
-pub fn newton(
-    field: &MirrorField,
-    (mut at, mut sample): (Vec2, Sample),
-    point: Vec3,
-    within: Within,
-) -> (Option<NewtonRoot>, u32) {
-    for steps in 1..=MAX_STEPS {
-        let s = step(&sample, point);
-        let length = s.step.length();
-        // A step that is not a number ends the search, too.
-        if !(length < f32::INFINITY) {
-            return (None, steps);
-        }
-        let last = length < LAST_STEP;
-        if last && s.left_squared >= RESIDUAL_FLOOR + RESIDUAL * s.slopes_squared {
-            return (None, steps);
-        }
-        let taken = s.step * (LONGEST_STEP / length).min(1.0);
-        if !within.holds(at + taken) {
-            return (None, steps);
-        }
-        let Some((next, there)) = take_step(field, at, taken) else {
-            return (None, steps);
-        };
-        at = next;
-        if last {
-            if !field.is_inside(at) {
-                return (None, steps);
-            }
-            let root = NewtonRoot {
-                at,
-                distance: s.distance,
-                magnification: s.magnification,
-                at_end: field.is_at_end(at),
-                residual: s.left_squared.max(0.0).sqrt(),
-                direction: s.direction,
-                spacing: sample.spacing,
-            };
-            return (Some(root), steps);
-        }
-        sample = there;
+/// Up to eight searches.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct Searches {
+    count: usize,
+    tags: [u32; 8],
+    points: [f32x8; 3],
+    at: [Vec2; 8],
+    centre: [Vec2; 8],
+    reach: [f32; 8],
+}
+
+impl Searches {
+    /// Whether there is no place for another.
+    pub fn is_full(&self) -> bool {
+        self.count == 8
     }
-    (None, MAX_STEPS)
+
+    /// Adds a search for `point` that starts at a place of the field and goes no farther than `reach` from `centre` along
+    /// either axis; not beyond the eighth.
+    #[inline]
+    pub fn push(&mut self, tag: u32, point: Vec3, at: Vec2, (centre, reach): (Vec2, f32)) {
+        let lane = self.count;
+        if lane < 8 {
+            self.tags[lane] = tag;
+            for (lanes, value) in self.points.iter_mut().zip(point.to_array()) {
+                lanes.as_mut_array()[lane] = value;
+            }
+            self.at[lane] = at;
+            self.centre[lane] = centre;
+            self.reach[lane] = reach;
+            self.count += 1;
+        }
+    }
+
+    /// Searches: calls `found(tag, root)` for each that ends at one, in their order, and returns the steps that they took
+    /// together. Then there are none.
+    #[inline]
+    pub fn run(&mut self, field: &MirrorField, mut found: impl FnMut(u32, NewtonRoot)) -> u64 {
+        let mut roots = [None; 8];
+        let mut active = (1u32 << self.count) - 1;
+        let mut taken = 0;
+        for _ in 0..MAX_STEPS {
+            if active == 0 {
+                break;
+            }
+            taken += u64::from(active.count_ones());
+            let sample = field.sample_eight(&self.at, active);
+            let s = step::<f32x8, true>(&sample, self.points);
+            let length = (s.step[0] * s.step[0] + s.step[1] * s.step[1]).sqrt();
+            // A step that is not a number ends the search, too.
+            let finite = length.simd_lt(f32x8::splat(f32::INFINITY)).to_bitmask();
+            let last = length.simd_lt(f32x8::splat(LAST_STEP)).to_bitmask();
+            let most = f32x8::splat(RESIDUAL_FLOOR) + f32x8::splat(RESIDUAL) * s.slopes_squared;
+            let near = s.left_squared.simd_lt(most).to_bitmask();
+            let longest = f32x8::splat(LONGEST_STEP) / length;
+            let part = longest.where_below(f32x8::ONE, longest, f32x8::ONE);
+            let [x, y] = s.step.map(|v| (v * part).to_array());
+            active &= finite & (near | !last);
+            for lane in lanes(active) {
+                let (at, step) = (self.at[lane], Vec2::new(x[lane], y[lane]));
+                let off = (at + step - self.centre[lane]).abs().max_element();
+                let next = (off <= self.reach[lane])
+                    .then(|| take_step(field, at, step))
+                    .flatten();
+                let is_last = last >> lane & 1 == 1;
+                match next {
+                    Some(next) if !is_last => {
+                        self.at[lane] = next;
+                        continue;
+                    }
+                    Some(at) if field.is_inside(at) => {
+                        let pick = |v: f32x8| v.as_array()[lane];
+                        roots[lane] = Some(NewtonRoot {
+                            at,
+                            distance: pick(s.distance),
+                            magnification: Vec2::from(s.magnification.map(pick)),
+                            at_end: field.is_at_end(at),
+                            spacing: pick(sample.spacing),
+                        });
+                    }
+                    Some(_) | None => {}
+                }
+                active &= !(1 << lane);
+            }
+        }
+        for (tag, root) in self.tags.iter().zip(roots) {
+            if let Some(root) = root {
+                found(*tag, root);
+            }
+        }
+        self.count = 0;
+        taken
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reflect::sscr::random::Random;
+
+    fn samples() -> Vec<(Sample, [f32; 3])> {
+        let mut random = Random::new(7);
+        let mut number = || 2.0 * random.next() - 1.0;
+        let mut vector = |scale: f32| [(); 3].map(|()| number() * scale);
+        (0..256)
+            .map(|_| {
+                let sample = Sample {
+                    point: vector(1.0),
+                    ray: vector(1.0),
+                    point_slope: [vector(1e-2), vector(1e-2)],
+                    ray_slope: [vector(1e-2), vector(1e-2)],
+                    spacing: 0.01,
+                };
+                (sample, vector(3.0))
+            })
+            .collect()
+    }
+
+    #[test]
+    fn eight_steps_together_are_those_of_each_to_the_last_bit() {
+        for eight in samples().chunks(8) {
+            // Every other one is a fold: both slopes the same.
+            let eight: Vec<(Sample, [f32; 3])> = (eight.iter().enumerate())
+                .map(|(k, &(mut sample, point))| {
+                    if k % 2 == 0 {
+                        sample.ray_slope[1] = sample.ray_slope[0];
+                        sample.point_slope[1] = sample.point_slope[0];
+                    }
+                    (sample, point)
+                })
+                .collect();
+            let of = |pick: &dyn Fn(usize) -> f32| f32x8::from(std::array::from_fn(pick));
+            let vector = |pick: &dyn Fn(usize) -> [f32; 3]| -> [f32x8; 3] {
+                std::array::from_fn(|k| of(&|lane| pick(lane)[k]))
+            };
+            let together = Sample {
+                point: vector(&|lane| eight[lane].0.point),
+                ray: vector(&|lane| eight[lane].0.ray),
+                point_slope: [0, 1].map(|k| vector(&|lane| eight[lane].0.point_slope[k])),
+                ray_slope: [0, 1].map(|k| vector(&|lane| eight[lane].0.ray_slope[k])),
+                spacing: f32x8::splat(0.01),
+            };
+            let points = vector(&|lane| eight[lane].1);
+            let steps = step::<f32x8, true>(&together, points);
+            for (lane, (sample, point)) in eight.iter().enumerate() {
+                let alone = step::<f32, true>(sample, *point);
+                let bits = |v: [f32; 2]| v.map(f32::to_bits);
+                let pick = |v: [f32x8; 2]| bits(v.map(|v| v.to_array()[lane]));
+                assert_eq!(pick(steps.step), bits(alone.step), "lane {lane}");
+                assert_eq!(pick(steps.magnification), bits(alone.magnification));
+                assert_eq!(
+                    pick([steps.left_squared, steps.distance]),
+                    bits([alone.left_squared, alone.distance])
+                );
+                let undamped = step::<f32, false>(sample, *point);
+                assert_eq!(
+                    undamped.step == alone.step,
+                    lane % 2 == 1,
+                    "only folds are damped"
+                );
+            }
+        }
+    }
 }
