@@ -256,7 +256,7 @@ fn extremes() -> Vec<Extreme> {
 
 fn f32_and_f64_find_the_same() {
     println!(
-        "| extreme | mirror, px | hits f32, f64, % | off by f32, px: median, 95 % | by f64 | part, % | apart, px: median, 99 %, worst |"
+        "| extreme | mirror, px | hits f32, f64, % | off by f32, px: median, 95 % | by f64 | part, % | by sixteenths, % | apart, px: median, 99 %, worst |"
     );
     println!("|---|---|---|---|---|---|---|---|");
     let mut rows = Vec::new();
