@@ -3,7 +3,7 @@
 
 use glam::{UVec2, Vec3, Vec4};
 
-use super::bounce::{Met, area, cosine_direction, meet, reflected, thin, world_from_vpl};
+use super::bounce::{Mapped, Met, area, cosine_direction, reflected, thin, world_from_vpl};
 use super::environment::Environment;
 use super::gather::Gathered;
 use super::indirect_filter::Window;
@@ -11,7 +11,7 @@ use super::ism::{IsmMaps, Slices};
 use super::mirror_light::{Leg, MirrorPaths};
 use super::photons::PhotonMap;
 use super::receivers::Receivers;
-use super::vpl::{Arrival, LitMap, VPL_MAP_SIDE, Vpl, luminance, radical_inverse, vpls};
+use super::vpl::{Arrival, LitMap, VPL_MAP_SIDE, Vpl, importance, radical_inverse, vpls};
 use super::{GiSettings, SpotLight};
 use crate::backend::{Backend, Cloud};
 use crate::camera::Pinhole;
@@ -21,6 +21,10 @@ use crate::job::Job;
 
 /// Photons by way of mirrors, of all lights of a bounce together.
 const PHOTONS: usize = 1 << 14;
+
+/// Rays by which the lights of a bounce together find where their light arrives next: more than there will be lights, which are
+/// then drawn where much arrives.
+const RAYS: usize = 1 << 13;
 
 /// Rays by which each patch of an environment finds what it lights: most miss the scene.
 const SKY_RAYS: u64 = 8;
@@ -90,7 +94,7 @@ impl Illuminator {
         // The first lights, and what they reflect: no later light reflects more.
         let maps = lit_maps(backend, cloud, sources, job)?;
         let mut lights = (backend.timings()).time("vpl", || vpls(&maps, gi.vpl_count));
-        let mut share = lights.first().map_or(0.0, |vpl| luminance(vpl.flux));
+        let mut share = lights.first().map_or(0.0, |vpl| importance(vpl.flux));
         let slices = Slices::of(cloud.surfels.len(), gi.ism_size, gi.ism_points);
         let scene_area = area(&cloud.surfels);
         let mut photons = match paths {
@@ -127,7 +131,12 @@ impl Illuminator {
                 u64::from(bounce) - 1,
                 u64::from(gi.bounces),
             )?;
-            let rays = u64::from(bounce < gi.bounces);
+            let last = bounce == gi.bounces;
+            let rays = if last {
+                0
+            } else {
+                (RAYS / lights.len().max(1)).max(1) as u64
+            };
             let arrived = walk.send(backend, cloud, &mut lights, &mut lit, rays, job)?;
             if let Some(paths) = paths {
                 photons.extend(by_mirrors(paths, &lights, backend, job)?);
@@ -229,8 +238,14 @@ impl Walk<'_> {
         let (mut arrivals, mut legs) = (Vec::new(), Vec::new());
         let lights = batch.iter().zip(keys.chunks(texels)).zip(self.number..);
         for ((vpl, map), number) in lights {
+            let mapped = Mapped {
+                surfels,
+                vpl,
+                map,
+                slices: &isms.slices,
+            };
             for ray in number * rays..(number + 1) * rays {
-                match meet(surfels, vpl, map, &isms.slices, scale, ray) {
+                match mapped.meet(ray, scale) {
                     Some(Met::Surface(mut arrival)) => {
                         arrival.incident *= each;
                         arrivals.push(arrival);
