@@ -307,7 +307,8 @@ fn nothing_shows_the_sky_unless_a_background_is_asked_for() {
         let keys = [&GRADIENT[..], more].concat();
         over_a_room(&BackendChoice::Cpu, &keys).expect("a picture")
     };
-    let (sky, asked) = (cpu(&[]), cpu(&[("image.background", "#010203")]));
+    // Black is a background like others.
+    let (sky, asked) = (cpu(&[]), cpu(&[("image.background", "#000000")]));
     let environment = Environment::new(
         Sky::Gradient {
             zenith: Vec3::new(0.2, 0.4, 1.0),

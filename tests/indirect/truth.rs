@@ -32,6 +32,10 @@ pub(super) fn tests() -> Vec<Trial> {
         five_bounces,
     ));
     trials.push(Trial::test(
+        "indirect::no_place_stands_out_with_the_defaults",
+        no_place_stands_out,
+    ));
+    trials.push(Trial::test(
         "indirect::interleaved_pixels_are_as_the_others",
         interleaved_pixels_are_as_the_others,
     ));
@@ -138,6 +142,29 @@ impl Truth {
         )
     }
 
+    /// By how much the brightest blotch is too bright, in any channel, over the mean of all: blocks a twelfth of the picture high.
+    fn blotch(&self, got: &[Vec3]) -> f32 {
+        const WIDE: usize = 48;
+        let columns = SIZE.x as usize / WIDE;
+        let mut sums = vec![(Vec3::ZERO, 0u32); columns * (SIZE.y as usize / WIDE)];
+        let (mut all, mut count) = (0.0, 0u32);
+        for i in (0..got.len()).filter(|&i| self.counts[i]) {
+            all += self.indirect[i].element_sum() / 3.0;
+            count += 1;
+            let (x, y) = (i % SIZE.x as usize / WIDE, i / SIZE.x as usize / WIDE);
+            if let Some(block) = sums.get_mut(y * columns + x).filter(|_| x < columns) {
+                block.0 += got[i] - self.indirect[i];
+                block.1 += 1;
+            }
+        }
+        let mean = all / count as f32;
+        (sums
+            .iter()
+            .filter(|(_, count)| *count as usize > WIDE * WIDE / 2))
+        .map(|(sum, count)| sum.max_element() / *count as f32 / mean)
+        .fold(0.0, f32::max)
+    }
+
     /// The flat ambient that comes nearest.
     fn flat(&self) -> Vec<Vec3> {
         let (mut product, mut square) = (0.0, 0.0);
@@ -221,6 +248,27 @@ fn five_bounces() -> Result<(), Failed> {
     let truth = Truth::read("sphere", "gi")?;
     let got = indirect("sphere", &many)?;
     hold("by way of mirrors", truth.errors(&got), (0.075, 0.07))
+}
+
+fn no_place_stands_out() -> Result<(), Failed> {
+    let truth = Truth::read("sphere", "gi")?;
+    let got = indirect("sphere", &[])?;
+    let blotch = truth.blotch(&got);
+    println!("the brightest blotch is {blotch:.2} of the mean too bright");
+    if blotch > 0.75 {
+        return Err(format!("a blotch is {blotch} of the mean too bright").into());
+    }
+    // The negative control: a spot twice as bright as the mean is noticed.
+    let mut spotted = got;
+    for y in 96..192 {
+        for x in 192..288 {
+            spotted[y * SIZE.x as usize + x] += Vec3::X * 0.02;
+        }
+    }
+    if truth.blotch(&spotted) < 0.75 {
+        return Err(format!("a spot passes: {}", truth.blotch(&spotted)).into());
+    }
+    Ok(())
 }
 
 /// PSNR of sRGB at the exposure of the reference pictures, dB.
