@@ -313,11 +313,11 @@ fn merged<B: Backend>(
         mut residual,
     } = gathered;
     let merging = Window::of(gi.interleave * gi.filter, 1);
-    if merging.reach > 0 {
+    if merging.width > 1 {
         irradiance = backend.indirect_filter(receivers, &irradiance, merging, job)?;
         residual = backend.indirect_filter(receivers, &residual, merging, job)?;
     }
-    for window in Window::spreading(gi.interleave) {
+    for window in Window::spreading(gi.interleave * gi.filter) {
         residual = backend.indirect_filter(receivers, &residual, window, job)?;
     }
     Ok(Gathered {
