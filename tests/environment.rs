@@ -1,5 +1,8 @@
 //! Light from everywhere: answers known on paper, what is shown where nothing is seen, and both backends alike.
 
+#[path = "environment/contact.rs"]
+mod contact;
+
 use std::f32::consts::PI;
 use std::f64::consts::PI as PI64;
 use std::path::Path;
@@ -62,6 +65,10 @@ pub(crate) fn tests() -> Vec<Trial> {
         claim(
             "environment::a_closed_ball_is_dark_inside",
             a_closed_ball_is_dark_inside,
+        ),
+        claim(
+            "environment::contact_shadows_of_things_a_quarter_of_the_scene_wide_are_dark",
+            contact::contact_shadows_of_things_a_quarter_of_the_scene_wide_are_dark,
         ),
         claim(
             "environment::nothing_shows_the_sky_unless_a_background_is_asked_for",

@@ -3,24 +3,21 @@
 
 use glam::{UVec2, Vec3, Vec4};
 
-use super::bounce::{Mapped, Met, area, cosine_direction, reflected, thin, world_from_vpl};
+use super::bounce::{Mapped, Met, area, reflected, thin};
 use super::environment::Environment;
 use super::gather::Gathered;
 use super::indirect_filter::Window;
 use super::ism::{IsmMaps, Slices};
-use super::mirror_light::{Leg, MirrorPaths};
+use super::mirror_light::{MirrorPaths, by_mirrors, caustics};
 use super::photons::PhotonMap;
 use super::receivers::Receivers;
-use super::vpl::{Arrival, LitMap, VPL_MAP_SIDE, Vpl, importance, radical_inverse, vpls};
+use super::vpl::{Arrival, LitMap, VPL_MAP_SIDE, Vpl, importance, vpls};
 use super::{GiSettings, SpotLight};
 use crate::backend::{Backend, Cloud};
 use crate::camera::Pinhole;
 use crate::error::Result;
 use crate::gbuffer::{GBuffer, SplatSettings};
 use crate::job::Job;
-
-/// Photons by way of mirrors, of all lights of a bounce together.
-const PHOTONS: usize = 1 << 14;
 
 /// Rays by which the lights of a bounce together find where their light arrives next: more than there will be lights, which are
 /// then drawn where much arrives.
@@ -138,7 +135,7 @@ impl Illuminator {
                 (RAYS / lights.len().max(1)).max(1) as u64
             };
             let arrived = walk.send(backend, cloud, &mut lights, &mut lit, rays, job)?;
-            if let Some(paths) = paths {
+            if let Some(paths) = paths.filter(|_| gi.mirror_light) {
                 photons.extend(by_mirrors(paths, &lights, backend, job)?);
             }
             lights = thin(&arrived, share, scene_area);
@@ -356,46 +353,4 @@ fn lit_maps<B: Backend>(
 /// The projection of the map from which a light's virtual lights are drawn.
 pub fn vpl_pinhole(light: &SpotLight, reach: f32) -> Pinhole {
     light.pinhole(VPL_MAP_SIDE, reach)
-}
-
-/// Where light of `lights` lands by way of mirrors: as many rays of each as [`PHOTONS`] allow.
-fn by_mirrors<B: Backend>(
-    paths: &MirrorPaths,
-    lights: &[Vpl],
-    backend: &mut B,
-    job: &Job,
-) -> Result<Vec<Arrival>> {
-    let each = (PHOTONS / lights.len().max(1)).max(1) as u64;
-    let mut legs = Vec::new();
-    for (vpl, v) in lights.iter().zip(0u64..) {
-        for k in 0..each {
-            let number = v * each + k + 1;
-            let d = cosine_direction(radical_inverse(number, 2), radical_inverse(number, 3));
-            let direction = world_from_vpl(vpl, d);
-            legs.push(Leg {
-                origin: vpl.position,
-                normal: vpl.normal,
-                spacing: vpl.spacing,
-                direction,
-                flux: vpl.flux_towards(direction) / each as f32,
-            });
-        }
-    }
-    backend.timings().time("mirror_light", || {
-        let mirrored = paths.mirrored(&legs, job)?;
-        paths.follow(&mirrored, job)
-    })
-}
-
-/// Where the lights' own light lands by way of mirrors.
-fn caustics<B: Backend>(
-    paths: &MirrorPaths,
-    maps: &[LitMap],
-    backend: &mut B,
-    job: &Job,
-) -> Result<Vec<Arrival>> {
-    backend.timings().time("mirror_light", || {
-        let legs: Vec<Leg> = maps.iter().flat_map(LitMap::mirrored).collect();
-        paths.follow(&legs, job)
-    })
 }
