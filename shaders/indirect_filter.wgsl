@@ -6,18 +6,15 @@ override PIXEL_GROUP: u32 = 8u; // threads per workgroup side
 override PLANE_SLOPE: f32;
 override PLANE_SPACINGS: f32;
 override NORMAL_COSINE: f32;
+override ALIKE: f32;
 
 struct FilterParams {
     size: vec2u,        // of the picture, pixels
     rows: vec2u,        // first row, and one past the last
     first_pixel: u32,   // number of the bindings' first pixel, row by row
-    reach: i32,         // pixels of the window on each side
+    width: i32,         // pixels of the window on each side
     stride: i32,        // from pixel to pixel of the window
-    end: f32,           // what the outermost pixels count
     down: u32,          // 1: down the columns
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: FilterParams;
@@ -38,6 +35,30 @@ fn likeness(position: vec4f, normal: vec3f, other: vec4f, other_normal: vec3f) -
     return plane * max(turned, 0.0);
 }
 
+// What a pixel of the window adds.
+struct Tap {
+    value: vec4f,
+    weight: f32,
+}
+
+fn tap(id: vec2i, step: i32, share: f32, position: vec4f, normal: vec3f) -> Tap {
+    var pixel = id;
+    if params.down == 1u {
+        pixel.y += step * params.stride;
+    } else {
+        pixel.x += step * params.stride;
+    }
+    if any(pixel < vec2i(0)) || any(pixel >= vec2i(params.size)) {
+        return Tap(vec4f(0.0), 0.0);
+    }
+    let there = u32(pixel.y) * params.size.x + u32(pixel.x) - params.first_pixel;
+    if !(positions[there].w > 0.0) {
+        return Tap(vec4f(0.0), 0.0);
+    }
+    let weight = share * likeness(position, normal, positions[there], normals[there].xyz);
+    return Tap(irradiance[there] * weight, weight);
+}
+
 @compute @workgroup_size(PIXEL_GROUP, PIXEL_GROUP)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let x = id.x;
@@ -52,27 +73,19 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let normal = normals[here].xyz;
-    let size = vec2i(params.size);
+    let pixel = vec2i(i32(x), i32(y));
     var sum = vec4f(0.0);
     var weights = 0.0;
-    for (var step = -params.reach; step <= params.reach; step++) {
-        var pixel = vec2i(i32(x), i32(y));
-        if params.down == 1u {
-            pixel.y += step * params.stride;
-        } else {
-            pixel.x += step * params.stride;
+    for (var step = 0; step < params.width; step++) {
+        let share = f32(step) / f32(params.width);
+        let one = tap(pixel, step, 1.0 - share, position, normal);
+        let other = tap(pixel, step - params.width, share, position, normal);
+        let pair = one.weight + other.weight;
+        if pair > 0.0 {
+            let counts = min(pair / ALIKE, 1.0);
+            sum += (one.value + other.value) * (counts / pair);
+            weights += counts;
         }
-        if any(pixel < vec2i(0)) || any(pixel >= size) {
-            continue;
-        }
-        let there = u32(pixel.y) * params.size.x + u32(pixel.x) - params.first_pixel;
-        if !(positions[there].w > 0.0) {
-            continue;
-        }
-        let share = select(1.0, params.end, abs(step) == params.reach);
-        let weight = share * likeness(position, normal, positions[there], normals[there].xyz);
-        sum += irradiance[there] * weight;
-        weights += weight;
     }
     if weights > 0.0 {
         filtered[here] = sum / weights;

@@ -28,8 +28,8 @@ settings_group! {
         exposure: f32 = 1.0, 0.0..=1e9, "x";
         /// How radiance above 1 is brought into the picture.
         tone_map: ToneMap = ToneMap::None;
-        /// Colour where nothing is seen: "transparent" or "#rrggbb".
-        background: Background = Background::Colour([0, 0, 0]);
+        /// Colour where nothing is seen: "auto" (the environment, black where there is none), "transparent" or "#rrggbb".
+        background: Background = Background::Auto;
         /// Strength of eye-dome lighting in scenes without light; 0 turns it off.
         edl_strength: f32 = 1.0, 0.0..=100.0, "";
         /// Distance of the neighbours that eye-dome lighting compares.
@@ -41,6 +41,8 @@ settings_group! {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Background {
+    /// The environment; black where there is none.
+    Auto,
     /// Alpha 0.
     Transparent,
     /// sRGB.
@@ -50,8 +52,10 @@ pub enum Background {
 impl TryFrom<String> for Background {
     type Error = String;
     fn try_from(text: String) -> Result<Self, String> {
-        if text == "transparent" {
-            return Ok(Self::Transparent);
+        match text.as_str() {
+            "auto" => return Ok(Self::Auto),
+            "transparent" => return Ok(Self::Transparent),
+            _ => {}
         }
         let hex = text
             .strip_prefix('#')
@@ -59,7 +63,7 @@ impl TryFrom<String> for Background {
             .and_then(|h| u32::from_str_radix(h, 16).ok());
         hex.map(|h| Self::Colour([(h >> 16) as u8, (h >> 8) as u8, h as u8]))
             .ok_or_else(|| {
-                format!("{text:?} is no background; write \"transparent\" or \"#rrggbb\"")
+                format!("{text:?} is no background; write \"auto\", \"transparent\" or \"#rrggbb\"")
             })
     }
 }
@@ -67,6 +71,7 @@ impl TryFrom<String> for Background {
 impl From<Background> for String {
     fn from(b: Background) -> Self {
         match b {
+            Background::Auto => "auto".into(),
             Background::Transparent => "transparent".into(),
             Background::Colour([r, g, b]) => format!("#{r:02x}{g:02x}{b:02x}"),
         }
@@ -76,10 +81,10 @@ impl From<Background> for String {
 impl crate::settings::SettingValue for Background {}
 
 impl Background {
-    /// Linear RGB, premultiplied: black where transparent.
+    /// Linear RGB, premultiplied: black where transparent, and where there is no environment.
     pub fn linear(self) -> Vec3 {
         match self {
-            Self::Transparent => Vec3::ZERO,
+            Self::Auto | Self::Transparent => Vec3::ZERO,
             Self::Colour(srgb) => {
                 Vec3::from(srgb.map(|value| linear_from_srgb(f32::from(value) / 255.0)))
             }
@@ -98,6 +103,7 @@ const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 /// The same size as `radiance`. Where nothing is seen there is the background. What is not a number is black.
 pub fn picture(radiance: &Grid<Vec4>, settings: &ImageSettings) -> Grid<[u8; 4]> {
     let background = match settings.background {
+        Background::Auto => [0, 0, 0, 255],
         Background::Transparent => [0; 4],
         Background::Colour([r, g, b]) => [r, g, b, 255],
     };
@@ -255,6 +261,7 @@ mod tests {
         };
         let empty = Vec4::new(0.5, 0.5, 0.5, 0.0);
         assert_eq!(of(empty, &of_background(Background::Transparent)), [0; 4]);
+        assert_eq!(of(empty, &of_background(Background::Auto)), [0, 0, 0, 255]);
         assert_eq!(
             of(empty, &of_background(Background::Colour([1, 2, 3]))),
             [1, 2, 3, 255]
@@ -263,7 +270,7 @@ mod tests {
 
     #[test]
     fn backgrounds_are_read_as_they_are_written() {
-        for text in ["transparent", "#0a0b0c"] {
+        for text in ["auto", "transparent", "#0a0b0c"] {
             let background = Background::try_from(text.to_owned()).expect("a background");
             assert_eq!(String::from(background), text);
         }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use crate::error::{Error, Result};
 
@@ -22,6 +23,7 @@ type Listener = dyn Fn(Progress) + Send + Sync;
 #[derive(Clone, Default)]
 pub struct Job {
     cancelled: Arc<AtomicBool>,
+    deadline: Option<Instant>,
     listener: Option<Arc<Listener>>,
 }
 
@@ -30,7 +32,16 @@ impl Job {
     pub fn with_listener(listener: impl Fn(Progress) + Send + Sync + 'static) -> Self {
         Self {
             cancelled: Arc::default(),
+            deadline: None,
             listener: Some(Arc::new(listener)),
+        }
+    }
+
+    /// The same job, which counts as cancelled from `deadline` on: for measuring, where what takes longer is of no use.
+    pub fn until(&self, deadline: Instant) -> Self {
+        Self {
+            deadline: Some(deadline),
+            ..self.clone()
         }
     }
 
@@ -39,9 +50,9 @@ impl Job {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Whether [`Job::cancel`] was called.
+    /// Whether [`Job::cancel`] was called, or the deadline is over.
     pub fn is_cancelled(&self) -> bool {
-        self.cancelled.load(Ordering::Relaxed)
+        self.cancelled.load(Ordering::Relaxed) || self.deadline.is_some_and(|d| Instant::now() >= d)
     }
 
     /// [`Error::Cancelled`] once the job was cancelled.
@@ -67,5 +78,22 @@ impl std::fmt::Debug for Job {
         f.debug_struct("Job")
             .field("cancelled", &self.is_cancelled())
             .finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_deadline_ends_its_own_job_alone() {
+        let job = Job::default();
+        let over = job.until(Instant::now());
+        let later = job.until(Instant::now() + Duration::from_secs(1000));
+        assert!(over.check().is_err() && later.check().is_ok() && job.check().is_ok());
+        job.cancel();
+        assert!(later.check().is_err(), "it is still the same job");
     }
 }

@@ -186,6 +186,18 @@ impl Plan {
         Ok(())
     }
 
+    /// Leaves out all light: what mirrors show is found all the same, and costs the same.
+    pub fn leave_out_light(&mut self) {
+        for row in &mut self.rows {
+            if matches!(
+                row.stage,
+                Stage::LightDepth | Stage::Shade | Stage::Indirect
+            ) {
+                row.state = State::Skip("only what mirrors show is asked for".into());
+            }
+        }
+    }
+
     /// Whether `stage` runs; `mirror_seen` says whether the camera sees a mirror.
     pub fn runs(&self, stage: Stage, mirror_seen: bool) -> bool {
         self.rows

@@ -14,7 +14,7 @@ use crate::frame::{Frame, Stages, View, frame};
 use crate::gbuffer::{Coverage, GBuffer};
 use crate::gi::background::background;
 use crate::grid::Grid;
-use crate::image::ImageSettings;
+use crate::image::Background;
 use crate::job::Job;
 use crate::measure::BounceReport;
 use crate::memory::{GridsIn, Rendering};
@@ -255,8 +255,7 @@ impl<B: Backend> Session<B> {
         };
         let mut radiance = backend.take(radiance)?;
         let mirror = mirror.map(|mirror| mirror.take(backend)).transpose()?;
-        // Another background is as it was asked for.
-        let shows_sky = settings.image.background == ImageSettings::default().background;
+        let shows_sky = settings.image.background == Background::Auto;
         if let Some(environment) = view.environment.as_deref().filter(|_| shows_sky) {
             backend.timings().time("background", || {
                 background(environment, &gbuffer, mirror.as_ref(), &mut radiance);

@@ -1,5 +1,8 @@
 //! Light from everywhere: answers known on paper, what is shown where nothing is seen, and both backends alike.
 
+#[path = "environment/contact.rs"]
+mod contact;
+
 use std::f32::consts::PI;
 use std::f64::consts::PI as PI64;
 use std::path::Path;
@@ -62,6 +65,10 @@ pub(crate) fn tests() -> Vec<Trial> {
         claim(
             "environment::a_closed_ball_is_dark_inside",
             a_closed_ball_is_dark_inside,
+        ),
+        claim(
+            "environment::contact_shadows_of_things_a_quarter_of_the_scene_wide_are_dark",
+            contact::contact_shadows_of_things_a_quarter_of_the_scene_wide_are_dark,
         ),
         claim(
             "environment::nothing_shows_the_sky_unless_a_background_is_asked_for",
@@ -307,7 +314,8 @@ fn nothing_shows_the_sky_unless_a_background_is_asked_for() {
         let keys = [&GRADIENT[..], more].concat();
         over_a_room(&BackendChoice::Cpu, &keys).expect("a picture")
     };
-    let (sky, asked) = (cpu(&[]), cpu(&[("image.background", "#010203")]));
+    // Black is a background like others.
+    let (sky, asked) = (cpu(&[]), cpu(&[("image.background", "#000000")]));
     let environment = Environment::new(
         Sky::Gradient {
             zenith: Vec3::new(0.2, 0.4, 1.0),

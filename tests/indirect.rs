@@ -1,5 +1,7 @@
 //! Indirect light: answers known on paper, and what an independent renderer says of the scenes as they are delivered.
 
+#[path = "indirect/caustics.rs"]
+mod caustics;
 #[path = "indirect/furnace.rs"]
 mod furnace;
 #[path = "indirect/truth.rs"]
@@ -25,6 +27,7 @@ pub(crate) fn tests() -> Vec<Trial> {
             a_point_light_shines_evenly_in_all_directions,
         ),
     ];
+    trials.extend(caustics::tests());
     trials.extend(furnace::tests());
     trials.extend(truth::tests());
     trials

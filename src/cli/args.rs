@@ -224,6 +224,10 @@ pub(super) struct CompareArgs {
     #[arg(long = "truth", value_name = "FILE")]
     pub(super) truths: Vec<PathBuf>,
 
+    /// Search every interleaved variant in f64, too, and tell where f32 parts from it.
+    #[arg(long)]
+    pub(super) precision: bool,
+
     /// Timed frames of each variant, in turn, after one that is not timed.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(super) repeats: u32,

@@ -52,6 +52,7 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<()> {
         variants: &variants,
         truths: &truths,
         repeats: args.repeats,
+        precision: args.precision,
         backend: &backend,
     };
     let comparison = measure(&task, &job)?;

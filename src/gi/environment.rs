@@ -10,7 +10,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use glam::{Vec2, Vec3};
 
 use super::sky_map::SkyMap;
-use super::vpl::{Arrival, Vpl, radical_inverse};
+use super::vpl::{Arrival, Vpl, evenly};
 
 /// Radius of the sphere over half of the diagonal of the scene's box. Nothing lies nearer to a patch than the rest, where the
 /// sum over 256 patches is still within a hundredth of the integral; more would leave the scene fewer texels of their maps.
@@ -87,11 +87,6 @@ impl Environment {
             },
             Sky::Gradient { .. } => self.clone(),
         };
-        let mut order: Vec<u32> = (0..count).collect();
-        order.sort_by(|a, b| {
-            let place = |i: &u32| radical_inverse(u64::from(*i), 2);
-            place(a).total_cmp(&place(b))
-        });
         let light = |i: u32| {
             let out = coarse.patch(i, count);
             let arrival = Arrival {
@@ -110,7 +105,7 @@ impl Environment {
                 ..Vpl::of(&arrival, area)
             }
         };
-        order.into_iter().map(light).collect()
+        evenly(count).into_iter().map(light).collect()
     }
 
     /// Unit direction from the sphere's centre to patch `i`.

@@ -3,15 +3,15 @@
 
 use glam::{UVec2, Vec3, Vec4};
 
-use super::bounce::{Met, area, cosine_direction, meet, reflected, thin, world_from_vpl};
+use super::bounce::{Mapped, Met, area, reflected, thin};
 use super::environment::Environment;
 use super::gather::Gathered;
 use super::indirect_filter::Window;
 use super::ism::{IsmMaps, Slices};
-use super::mirror_light::{Leg, MirrorPaths};
+use super::mirror_light::{MirrorPaths, by_mirrors, caustics};
 use super::photons::PhotonMap;
 use super::receivers::Receivers;
-use super::vpl::{Arrival, LitMap, VPL_MAP_SIDE, Vpl, luminance, radical_inverse, vpls};
+use super::vpl::{Arrival, LitMap, VPL_MAP_SIDE, Vpl, importance, vpls};
 use super::{GiSettings, SpotLight};
 use crate::backend::{Backend, Cloud};
 use crate::camera::Pinhole;
@@ -19,8 +19,9 @@ use crate::error::Result;
 use crate::gbuffer::{GBuffer, SplatSettings};
 use crate::job::Job;
 
-/// Photons by way of mirrors, of all lights of a bounce together.
-const PHOTONS: usize = 1 << 14;
+/// Rays by which the lights of a bounce together find where their light arrives next: more than there will be lights, which are
+/// then drawn where much arrives.
+const RAYS: usize = 1 << 13;
 
 /// Rays by which each patch of an environment finds what it lights: most miss the scene.
 const SKY_RAYS: u64 = 8;
@@ -90,7 +91,7 @@ impl Illuminator {
         // The first lights, and what they reflect: no later light reflects more.
         let maps = lit_maps(backend, cloud, sources, job)?;
         let mut lights = (backend.timings()).time("vpl", || vpls(&maps, gi.vpl_count));
-        let mut share = lights.first().map_or(0.0, |vpl| luminance(vpl.flux));
+        let mut share = lights.first().map_or(0.0, |vpl| importance(vpl.flux));
         let slices = Slices::of(cloud.surfels.len(), gi.ism_size, gi.ism_points);
         let scene_area = area(&cloud.surfels);
         let mut photons = match paths {
@@ -127,9 +128,14 @@ impl Illuminator {
                 u64::from(bounce) - 1,
                 u64::from(gi.bounces),
             )?;
-            let rays = u64::from(bounce < gi.bounces);
+            let last = bounce == gi.bounces;
+            let rays = if last {
+                0
+            } else {
+                (RAYS / lights.len().max(1)).max(1) as u64
+            };
             let arrived = walk.send(backend, cloud, &mut lights, &mut lit, rays, job)?;
-            if let Some(paths) = paths {
+            if let Some(paths) = paths.filter(|_| gi.mirror_light) {
                 photons.extend(by_mirrors(paths, &lights, backend, job)?);
             }
             lights = thin(&arrived, share, scene_area);
@@ -229,8 +235,14 @@ impl Walk<'_> {
         let (mut arrivals, mut legs) = (Vec::new(), Vec::new());
         let lights = batch.iter().zip(keys.chunks(texels)).zip(self.number..);
         for ((vpl, map), number) in lights {
+            let mapped = Mapped {
+                surfels,
+                vpl,
+                map,
+                slices: &isms.slices,
+            };
             for ray in number * rays..(number + 1) * rays {
-                match meet(surfels, vpl, map, &isms.slices, scale, ray) {
+                match mapped.meet(ray, scale) {
                     Some(Met::Surface(mut arrival)) => {
                         arrival.incident *= each;
                         arrivals.push(arrival);
@@ -298,11 +310,11 @@ fn merged<B: Backend>(
         mut residual,
     } = gathered;
     let merging = Window::of(gi.interleave * gi.filter, 1);
-    if merging.reach > 0 {
+    if merging.width > 1 {
         irradiance = backend.indirect_filter(receivers, &irradiance, merging, job)?;
         residual = backend.indirect_filter(receivers, &residual, merging, job)?;
     }
-    for window in Window::spreading(gi.interleave) {
+    for window in Window::spreading(gi.interleave * gi.filter) {
         residual = backend.indirect_filter(receivers, &residual, window, job)?;
     }
     Ok(Gathered {
@@ -341,46 +353,4 @@ fn lit_maps<B: Backend>(
 /// The projection of the map from which a light's virtual lights are drawn.
 pub fn vpl_pinhole(light: &SpotLight, reach: f32) -> Pinhole {
     light.pinhole(VPL_MAP_SIDE, reach)
-}
-
-/// Where light of `lights` lands by way of mirrors: as many rays of each as [`PHOTONS`] allow.
-fn by_mirrors<B: Backend>(
-    paths: &MirrorPaths,
-    lights: &[Vpl],
-    backend: &mut B,
-    job: &Job,
-) -> Result<Vec<Arrival>> {
-    let each = (PHOTONS / lights.len().max(1)).max(1) as u64;
-    let mut legs = Vec::new();
-    for (vpl, v) in lights.iter().zip(0u64..) {
-        for k in 0..each {
-            let number = v * each + k + 1;
-            let d = cosine_direction(radical_inverse(number, 2), radical_inverse(number, 3));
-            let direction = world_from_vpl(vpl, d);
-            legs.push(Leg {
-                origin: vpl.position,
-                normal: vpl.normal,
-                spacing: vpl.spacing,
-                direction,
-                flux: vpl.flux_towards(direction) / each as f32,
-            });
-        }
-    }
-    backend.timings().time("mirror_light", || {
-        let mirrored = paths.mirrored(&legs, job)?;
-        paths.follow(&mirrored, job)
-    })
-}
-
-/// Where the lights' own light lands by way of mirrors.
-fn caustics<B: Backend>(
-    paths: &MirrorPaths,
-    maps: &[LitMap],
-    backend: &mut B,
-    job: &Job,
-) -> Result<Vec<Arrival>> {
-    backend.timings().time("mirror_light", || {
-        let legs: Vec<Leg> = maps.iter().flat_map(LitMap::mirrored).collect();
-        paths.follow(&legs, job)
-    })
 }

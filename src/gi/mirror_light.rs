@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use glam::{UVec2, Vec3, Vec4};
 
-use super::vpl::Arrival;
+use super::bounce::{cosine_direction, world_from_vpl};
+use super::vpl::{Arrival, LitMap, Vpl, radical_inverse};
+use crate::backend::Backend;
 use crate::backend::cpu::Cpu;
 use crate::cloud::{Place, Surfels};
 use crate::error::Result;
@@ -22,6 +24,9 @@ const DISCS: usize = 1 << 19;
 /// Half width of a disc over the spacing of the discs: at 1 a ray passes a surface of random points in 4 of 100 cases, and
 /// silhouettes hardly grow.
 const DISC: f32 = 1.0;
+
+/// Photons by way of mirrors, of all lights of a bounce together.
+const PHOTONS: usize = 1 << 14;
 
 /// Rays are traced in rows of so many.
 const ROW: usize = 64;
@@ -214,5 +219,47 @@ fn thinned(cloud: &Arc<Surfels>) -> Arc<Surfels> {
         finishes: cloud.finishes[..DISCS].to_vec(),
         source: cloud.source[..DISCS].to_vec(),
         origin: cloud.origin,
+    })
+}
+
+/// Where light of `lights` lands by way of mirrors: as many rays of each as [`PHOTONS`] allow.
+pub(super) fn by_mirrors<B: Backend>(
+    paths: &MirrorPaths,
+    lights: &[Vpl],
+    backend: &mut B,
+    job: &Job,
+) -> Result<Vec<Arrival>> {
+    let each = (PHOTONS / lights.len().max(1)).max(1) as u64;
+    let mut legs = Vec::new();
+    for (vpl, v) in lights.iter().zip(0u64..) {
+        for k in 0..each {
+            let number = v * each + k + 1;
+            let d = cosine_direction(radical_inverse(number, 2), radical_inverse(number, 3));
+            let direction = world_from_vpl(vpl, d);
+            legs.push(Leg {
+                origin: vpl.position,
+                normal: vpl.normal,
+                spacing: vpl.spacing,
+                direction,
+                flux: vpl.flux_towards(direction) / each as f32,
+            });
+        }
+    }
+    backend.timings().time("mirror_light", || {
+        let mirrored = paths.mirrored(&legs, job)?;
+        paths.follow(&mirrored, job)
+    })
+}
+
+/// Where the lights' own light lands by way of mirrors.
+pub(super) fn caustics<B: Backend>(
+    paths: &MirrorPaths,
+    maps: &[LitMap],
+    backend: &mut B,
+    job: &Job,
+) -> Result<Vec<Arrival>> {
+    backend.timings().time("mirror_light", || {
+        let legs: Vec<Leg> = maps.iter().flat_map(LitMap::mirrored).collect();
+        paths.follow(&legs, job)
     })
 }

@@ -10,10 +10,11 @@ use super::quality::{
     MirrorPicture, MirrorQuality, PictureQuality, Reference, displayed, picture_quality,
 };
 use super::report::{peak_memory_bytes, restart_peak_memory};
-use crate::cloud::Facts;
+use crate::cloud::{Facts, Surfels};
 use crate::error::Result;
 use crate::frame::View;
 use crate::job::Job;
+use crate::plan::Plan;
 use crate::reflect::Method;
 use crate::reflect::sscr::heat::require_search;
 use crate::renderer::{BackendChoice, Machine, Products, Renderer};
@@ -118,9 +119,23 @@ impl Bench {
     /// As [`Renderer::render`].
     pub fn run(&mut self, settings: &Settings, job: &Job) -> Result<Run> {
         let plan = self.loaded.plan(settings);
+        self.run_plan(&plan, settings, job)
+    }
+
+    /// Renders one frame without light: what mirrors show of the albedo, and the time that takes.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn run_unlit(&mut self, settings: &Settings, job: &Job) -> Result<Run> {
+        let mut plan = self.loaded.plan(settings);
+        plan.leave_out_light();
+        self.run_plan(&plan, settings, job)
+    }
+
+    fn run_plan(&mut self, plan: &Plan, settings: &Settings, job: &Job) -> Result<Run> {
         let counted = restart_peak_memory();
         let (start, cpu) = (Instant::now(), process_ms());
-        let products = self.renderer.render(&self.view, &plan, settings, job)?;
+        let products = self.renderer.render(&self.view, plan, settings, job)?;
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
         let cpu_ms = process_ms().zip(cpu).map(|(now, then)| now - then);
         let cost = Cost {
@@ -145,6 +160,11 @@ impl Bench {
         self.renderer
             .render(&self.view, &plan, settings, job)
             .map(Some)
+    }
+
+    /// The points that are drawn.
+    pub fn surfels(&self) -> &Arc<Surfels> {
+        &self.loaded.surfels
     }
 
     /// What the mirrors show, for the measures.

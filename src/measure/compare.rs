@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::bench::{Bench, Cost, Quality, Spread, Traced};
 use super::planes::Planes;
+use super::precision::{Precision, found_by_both};
 use super::quality::{AlbedoQuality, MirrorQuality, PictureQuality, displayed, picture_quality};
 use super::report::BounceReport;
 use super::truth::Truth;
@@ -16,6 +17,7 @@ use crate::grid::Grid;
 use crate::image::picture;
 use crate::job::Job;
 use crate::output::search_heat_picture;
+use crate::reflect::sscr::heat::require_search;
 use crate::renderer::{BackendChoice, Products};
 use crate::scene::{Override, Scene};
 use crate::settings::Settings;
@@ -33,6 +35,8 @@ pub struct Task<'a> {
     pub truths: &'a [(String, Truth)],
     /// Timed frames of each variant, after one that is not.
     pub repeats: u32,
+    /// Whether interleaved searches run in f64, too, to tell where f32 parts from it.
+    pub precision: bool,
     /// Where to render.
     pub backend: &'a BackendChoice,
 }
@@ -97,6 +101,9 @@ pub struct Measured {
     pub quality: Quality,
     /// Against what others say.
     pub truths: Vec<AgainstTruth>,
+    /// Where its search would part from one in f64; only of interleaved searches, where asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub precision: Option<Precision>,
     /// The picture, and its difference from the reference, four times as bright; where an interleaved search ran, its steps,
     /// misses and residuals.
     #[serde(skip)]
@@ -125,6 +132,12 @@ pub fn compare(task: &Task<'_>, job: &Job) -> Result<Comparison> {
     let mut settings = Vec::with_capacity(task.variants.len());
     for variant in task.variants {
         settings.push(variant.settings(task, &scene)?);
+    }
+    if task.precision && settings.iter().all(|s| require_search(s).is_err()) {
+        return Err(Error::Override {
+            given: "--precision".into(),
+            problem: "it is of the interleaved search, and no variant runs that; give one sscr.search=interleaved".into(),
+        });
     }
     let mut bench = Bench::open(&scene, task.backend, job)?;
     let traced = Traced::render(&mut bench, &scene.settings, job)?;
@@ -159,6 +172,7 @@ pub fn compare(task: &Task<'_>, job: &Job) -> Result<Comparison> {
             variant,
             &run.products,
             heat.as_ref(),
+            job,
         )?);
     }
     for _ in 0..task.repeats {
@@ -203,6 +217,7 @@ struct Judged {
     search: Vec<BounceReport>,
     quality: Quality,
     truths: Vec<AgainstTruth>,
+    precision: Option<Precision>,
     pictures: Vec<(&'static str, Grid<[u8; 4]>)>,
 }
 
@@ -238,6 +253,7 @@ impl Variants {
             search: judged.search,
             quality: judged.quality,
             truths: judged.truths,
+            precision: judged.precision,
             pictures: judged.pictures,
             name: self.name,
         }
@@ -275,6 +291,7 @@ fn judge(
     variant: &Variants,
     products: &Products,
     heat: Option<&Products>,
+    job: &Job,
 ) -> Result<Judged> {
     let image = &traced.settings.image;
     let shown = displayed(&products.radiance, image);
@@ -312,8 +329,25 @@ fn judge(
         search: products.bounces.clone(),
         quality: traced.quality(bench, products)?,
         truths,
+        precision: precision(task, bench, products, &variant.settings, job)?,
         pictures,
     })
+}
+
+/// Where the search of a frame would part from one in f64, if it is asked for and there is one.
+fn precision(
+    task: &Task<'_>,
+    bench: &Bench,
+    products: &Products,
+    settings: &Settings,
+    job: &Job,
+) -> Result<Option<Precision>> {
+    if !task.precision || require_search(settings).is_err() {
+        return Ok(None);
+    }
+    let (gbuffer, places) = (&products.gbuffer, &bench.surfels().places);
+    let (offered, found) = found_by_both(gbuffer, places, settings, job)?;
+    Ok(Some(Precision::of(offered, &found)))
 }
 
 /// How far two pictures are apart, four times as bright.

@@ -1,8 +1,11 @@
 //! A comparison as a page and as lines of text.
 
+use std::fmt::Write as _;
+
 use super::compare::{Comparison, Measured};
 use super::page::{Cell, Page};
 use super::plots::{Axis, Plot, Point, Series};
+use super::precision::Precision;
 use crate::error::Result;
 use crate::job::Job;
 
@@ -44,7 +47,28 @@ impl Comparison {
                 Some(Cell::Empty) | None => "-".to_owned(),
             }));
         }
-        aligned(&rows)
+        let mut text = aligned(&rows);
+        for (name, p) in self.precisions() {
+            let _ = writeln!(
+                text,
+                "{}: f32 and f64 part for {:.4} % of {} points searched (hits {:.3} and {:.3} %); hits of both are {:.2e} px apart (median), {:.2e} (99 %), {:.2} (worst)",
+                crate::text::short_name(name),
+                p.part * 100.0,
+                p.offered,
+                p.percent(p.hit_f32),
+                p.percent(p.hit_f64),
+                p.apart_px.median,
+                p.apart_px.p99,
+                p.apart_px.max
+            );
+        }
+        text
+    }
+
+    /// The variants of which it was asked where f32 and f64 part.
+    fn precisions(&self) -> impl Iterator<Item = (&str, &Precision)> {
+        let all = self.variants.iter();
+        all.filter_map(|v| Some((v.name.as_str(), v.precision.as_ref()?)))
     }
 
     /// The page.
@@ -70,6 +94,7 @@ impl Comparison {
         page.table(&COLUMNS, &rows);
         page.plot(&self.trade()?.svg()?);
         self.truths(&mut page);
+        self.precision(&mut page);
         self.passes(&mut page);
         page.heading("Settings");
         let settings: Vec<Vec<Cell>> = (self.variants.iter())
@@ -155,6 +180,39 @@ impl Comparison {
             page.heading("Against the pictures of others, over mirror pixels");
             page.table(&["variant", "truth", "dB", "SSIM", "FLIP"], &pictures);
         }
+    }
+
+    fn precision(&self, page: &mut Page) {
+        let row = |(name, p): (&str, &Precision)| {
+            let numbers = [
+                (p.offered as f64, 0),
+                (p.percent(p.hit_f32), 3),
+                (p.percent(p.hit_f64), 3),
+                (p.part * 100.0, 4),
+                (p.apart_px.median, 7),
+                (p.apart_px.p99, 6),
+                (p.apart_px.max, 3),
+            ];
+            let cells = numbers.map(|(v, digits)| Cell::Number(v, digits));
+            [vec![Cell::Text(name.to_owned())], cells.to_vec()].concat()
+        };
+        let rows: Vec<Vec<Cell>> = self.precisions().map(row).collect();
+        if rows.is_empty() {
+            return;
+        }
+        page.heading("Where f32 and f64 part");
+        page.paragraph("The interleaved search of the first frame's mirrors, once in f32 and once in f64, from the same numbers. They part where only one finds a point, or both more than 0.01 pixels apart.");
+        let columns = [
+            "variant",
+            "points",
+            "hits f32 %",
+            "hits f64 %",
+            "part %",
+            "apart px median",
+            "apart px p99",
+            "apart px worst",
+        ];
+        page.table(&columns, &rows);
     }
 
     fn passes(&self, page: &mut Page) {

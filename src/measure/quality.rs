@@ -206,6 +206,18 @@ impl Reference {
         })
     }
 
+    /// PSNR of the albedo that the mirrors show, dB: of [`Reference::quality`] the one figure.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] where it has another size.
+    pub fn albedo_psnr(&self, picture: &MirrorPicture) -> Result<f64> {
+        same_size(self.size, picture.size)?;
+        let of = self.walls(|i| picture.at(i).map(|seen| seen.albedo));
+        Ok(of.map_or_else(Default::default, |(got, wanted, walls)| {
+            psnr(&got, &wanted, &walls)
+        }))
+    }
+
     /// What the reference itself, moved to the right by one pixel, comes to: whatever is worse is off by more.
     pub fn moved(&self) -> AlbedoQuality {
         let width = self.size.x as usize;
@@ -225,12 +237,25 @@ impl Reference {
     }
 
     fn albedo_quality(&self, albedo: impl Fn(usize) -> Option<DVec3> + Sync) -> AlbedoQuality {
+        let Some((got, wanted, walls)) = self.walls(albedo) else {
+            return AlbedoQuality::default();
+        };
+        AlbedoQuality {
+            psnr: psnr(&got, &wanted, &walls),
+            ssim: mean(&ssim(&got, &wanted), &walls),
+        }
+    }
+
+    /// The part of the picture around what mirrors show of walls, as sRGB: as it is, as it ought to be, and which pixels
+    /// count; `None` where they show no wall.
+    fn walls(
+        &self,
+        albedo: impl Fn(usize) -> Option<DVec3> + Sync,
+    ) -> Option<(Planes, Planes, Vec<bool>)> {
         let walls: Vec<bool> = (self.pixels.iter().zip(&self.mirror))
             .map(|(wanted, mirror)| *mirror && wanted.is_some_and(|w| w.wall))
             .collect();
-        let Some(part) = around(&walls, self.size) else {
-            return AlbedoQuality::default();
-        };
+        let part = around(&walls, self.size)?;
         let of_walls = |albedo: &(dyn Fn(usize) -> Option<DVec3> + Sync)| {
             let pixel = |i: usize| match albedo(i) {
                 Some(albedo) if walls[i] => srgb(albedo),
@@ -239,11 +264,7 @@ impl Reference {
             Planes::new(self.size, pixel).part(part)
         };
         let (got, wanted) = (of_walls(&albedo), of_walls(&|i| self.wanted_albedo(i)));
-        let walls = part_of(&walls, self.size, part);
-        AlbedoQuality {
-            psnr: psnr(&got, &wanted, &walls),
-            ssim: mean(&ssim(&got, &wanted), &walls),
-        }
+        Some((got, wanted, part_of(&walls, self.size, part)))
     }
 }
 

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::compare_report::aligned;
+use super::idle::is_idle;
 use super::tune::{Goal, Tuned};
 
 impl Tuned {
@@ -40,6 +41,7 @@ impl Tuned {
         }
         let mut group = "";
         let mut knobs: Vec<_> = self.knobs.iter().zip(&self.best.values).collect();
+        knobs.retain(|(knob, _)| !is_idle(&knob.key, &self.best.settings));
         knobs.sort_by_key(|(knob, _)| &knob.key);
         for (knob, value) in knobs {
             let (of, name) = knob.key.split_once('.').unwrap_or(("", &knob.key));
@@ -50,6 +52,13 @@ impl Tuned {
             let _ = writeln!(text, "{name} = {value}");
         }
         let _ = writeln!(text, "\n# Tried, the best first:");
+        if self.given_up > 0 {
+            let _ = writeln!(
+                text,
+                "# ({} more were given up: their first frame took longer than would be of use.)",
+                self.given_up
+            );
+        }
         let mut rows = vec![["settings", "frames", "ms", "dB"].map(str::to_owned)];
         for tried in std::iter::once(&self.best).chain(&self.tried) {
             let differs = (self.knobs.iter().zip(&tried.values)).filter(|(k, v)| k.default != **v);
@@ -60,7 +69,7 @@ impl Tuned {
                 } else {
                     differs.join(" ")
                 },
-                tried.ratios.len().to_string(),
+                (tried.whole.len() + tried.reckoned.len()).to_string(),
                 format!("{:.1}", ms(tried.ratio().median)),
                 format!("{:.2}", tried.quality),
             ]);

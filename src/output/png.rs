@@ -27,7 +27,7 @@ pub fn encode_png(
             encoder.set_color(png::ColorType::Rgba);
             4
         }
-        Background::Colour(_) => {
+        Background::Auto | Background::Colour(_) => {
             encoder.set_color(png::ColorType::Rgb);
             3
         }

@@ -119,7 +119,7 @@ fn no_mirror_in_sight() {
 }
 
 /// The scene "plane" from so many degrees off its normal.
-fn around_the_pane(degrees: f64) -> View {
+pub(super) fn around_the_pane(degrees: f64) -> View {
     let angle = (20.0 + degrees).to_radians();
     View {
         position: C + DVec3::new(angle.sin(), 0.0, angle.cos()) * 0.9,
@@ -188,7 +188,7 @@ fn wide_angle() {
 const FOCUS: DVec3 = DVec3::new(0.0, 0.0, -1.05);
 
 /// Into the parabola, from so far before its focus.
-fn into_the_parabola(before_focus: f64) -> View {
+pub(super) fn into_the_parabola(before_focus: f64) -> View {
     View {
         position: FOCUS + DVec3::Z * before_focus,
         target: DVec3::new(0.0, 0.0, -1.3),

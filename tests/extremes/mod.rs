@@ -3,6 +3,7 @@
 
 mod cameras;
 mod clouds;
+mod precision;
 
 use catoptric::renderer::Products;
 use libtest_mimic::Trial;
@@ -14,6 +15,7 @@ use crate::shown::{Figures, Shown};
 pub(crate) fn tests() -> Vec<Trial> {
     let mut trials = cameras::tests();
     trials.extend(clouds::tests());
+    trials.extend(precision::tests());
     trials
 }
 

@@ -4,9 +4,12 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
+use catoptric::backend::Backend;
+use catoptric::backend::cpu::Cpu;
 use catoptric::cloud::{Finish, Place, Surfel, Surfels};
 use catoptric::frame::View;
-use catoptric::gi::SpotLight;
+use catoptric::gi::vpl::{LitMap, vpls};
+use catoptric::gi::{SpotLight, vpl_pinhole};
 use catoptric::job::Job;
 use catoptric::plan::{Plan, SceneFacts};
 use catoptric::renderer::{BackendChoice, Renderer};
@@ -39,6 +42,10 @@ pub(super) fn tests() -> Vec<Trial> {
             a_plate_in_the_furnace_shadows_as_a_monte_carlo_says,
         ),
         claim("indirect::extremes_stay_numbers", extremes_stay_numbers),
+        claim(
+            "indirect::the_light_of_two_lamps_is_the_sum_of_both",
+            the_light_of_two_lamps_is_the_sum_of_both,
+        ),
     ]
 }
 
@@ -89,27 +96,52 @@ fn ball(points: usize, albedo: f32, plate: Option<Plate>) -> Arc<Surfels> {
     for i in (1..all.len()).rev() {
         all.swap(i, (numbers.next() * (i + 1) as f64) as usize);
     }
-    let count = all.len();
-    let (mut places, mut finishes) = (Vec::new(), Vec::new());
-    for (position, normal, albedo) in all {
-        places.push(Place {
-            position: position.as_vec3(),
-            radius: spacing,
-        });
-        finishes.push(Finish::pack(&Surfel {
-            position: position.as_vec3(),
-            radius: spacing,
-            normal: normal.as_vec3(),
-            albedo: Vec3::splat(albedo),
+    let points =
+        (all.into_iter()).map(|(position, normal, albedo)| Point::new(position, normal, albedo));
+    surfels(points.collect(), spacing)
+}
+
+/// A point of a scene.
+#[derive(Clone, Copy)]
+pub(super) struct Point {
+    pub(super) position: DVec3,
+    pub(super) normal: DVec3,
+    pub(super) albedo: f32,
+    pub(super) mirror: f32,
+}
+
+impl Point {
+    pub(super) fn new(position: DVec3, normal: DVec3, albedo: f32) -> Self {
+        Self {
+            position,
+            normal,
+            albedo,
             mirror: 0.0,
+        }
+    }
+}
+
+/// Points as a cloud; their order makes slices samples.
+pub(super) fn surfels(points: Vec<Point>, spacing: f32) -> Arc<Surfels> {
+    let place = |point: &Point| Place {
+        position: point.position.as_vec3(),
+        radius: spacing,
+    };
+    let finish = |point: &Point| {
+        Finish::pack(&Surfel {
+            position: point.position.as_vec3(),
+            radius: spacing,
+            normal: point.normal.as_vec3(),
+            albedo: Vec3::splat(point.albedo),
+            mirror: point.mirror,
             specular: 0.0,
             shininess: 0.0,
-        }));
-    }
+        })
+    };
     Arc::new(Surfels {
-        places,
-        finishes,
-        source: (0..count as u32).collect(),
+        places: points.iter().map(place).collect(),
+        finishes: points.iter().map(finish).collect(),
+        source: (0..points.len() as u32).collect(),
         origin: DVec3::ZERO,
     })
 }
@@ -129,7 +161,7 @@ fn in_the_centre() -> Vec<SpotLight> {
 }
 
 /// Radiance of every pixel.
-fn render(
+pub(super) fn render(
     surfels: &Arc<Surfels>,
     view: &View,
     settings: &Settings,
@@ -281,6 +313,57 @@ fn a_plate_in_the_furnace_shadows_as_a_monte_carlo_says() {
     println!("blocks are off by {error:.4}; {blind:.4} without visibility");
     assert!(error < 0.03, "blocks are off by {error}");
     assert!(blind > 2.0 * error, "without visibility: {blind}");
+}
+
+/// A lamp near the ball's middle that shines along x.
+fn along_x(direction: f32, intensity: f32) -> SpotLight {
+    SpotLight {
+        position: Vec3::ZERO,
+        axis: Vec3::X * direction,
+        intensity: Vec3::splat(intensity),
+        inner_angle: 0.4,
+        outer_angle: 0.6,
+        pyramid: false,
+    }
+}
+
+fn the_light_of_two_lamps_is_the_sum_of_both() {
+    let surfels = ball(POINTS, 0.5, Some(PLATE));
+    let settings = lit_by(1024, 2);
+    let of =
+        |lights: Vec<SpotLight>| render(&surfels, &view(lights), &settings, &BackendChoice::Cpu);
+    let (weak, strong) = (along_x(-1.0, 2.0), along_x(1.0, 6.0));
+    let (one, other) = (of(vec![weak]), of(vec![strong]));
+    let sum: Vec<f64> = (one.iter().zip(&other))
+        .map(|(a, b)| f64::from(*a) + f64::from(*b))
+        .collect();
+    let counts = vec![true; sum.len()];
+    let error = block_error(&of(vec![weak, strong]), &sum, &counts);
+    let control = block_error(&of(vec![strong, strong]), &sum, &counts);
+    println!("blocks are off by {error:.4}; {control:.4} with the wrong lamps");
+    assert!(error < 0.02, "blocks are off by {error}");
+    assert!(control > 0.1, "other lamps are noticed: {control}");
+    // Of the virtual lights each lamp has a share by what it lights.
+    let mut cpu = Cpu::default();
+    let points = cpu.upload(&surfels).expect("points");
+    let maps = [weak, strong].map(|light| LitMap {
+        light,
+        gbuffer: cpu
+            .splat(
+                &points,
+                &vpl_pinhole(&light, 10.0),
+                &settings.splat,
+                &Job::default(),
+            )
+            .expect("what the lamp sees"),
+    });
+    let lights = vpls(&maps, 400);
+    let of_strong = lights.iter().filter(|v| v.position.x > 0.0).count();
+    assert!(
+        of_strong.abs_diff(300) <= 4,
+        "{of_strong} of {} lights are the stronger lamp's",
+        lights.len()
+    );
 }
 
 fn extremes_stay_numbers() {

@@ -53,19 +53,11 @@ gpu_struct! {
         /// Number of the bindings' first pixel, row by row.
         first_pixel: u32,
         /// Pixels of the window on each side.
-        reach: i32,
+        width: i32,
         /// From pixel to pixel of the window.
         stride: i32,
-        /// What the outermost pixels count.
-        end: f32,
         /// 1: down the columns.
         down: u32,
-        /// The struct's size is a multiple of 16.
-        pad0: u32,
-        /// As `pad0`.
-        pad1: u32,
-        /// As `pad0`.
-        pad2: u32,
     }
 }
 
@@ -144,21 +136,17 @@ impl Gpu {
         let mut pass = Pass::new(INDIRECT_FILTER.name, &self.device, &self.pool, stamps);
         for (down, from, to) in [(0, irradiance, &across), (1, &across, &merged)] {
             let need = Need {
-                halo: down * (window.reach * window.stride) as u32,
-                ..need(2 * window.reach as u64 + 1)
+                halo: down * (window.width * window.stride) as u32,
+                ..need(2 * window.width as u64 + 1)
             };
             for rows in windows(size, need, &self.device.limits) {
                 let params = FilterParams {
                     size,
                     rows: rows_of(&rows),
                     first_pixel: rows.pixels.start,
-                    reach: window.reach,
+                    width: window.width,
                     stride: window.stride,
-                    end: window.end,
                     down,
-                    pad0: 0,
-                    pad1: 0,
-                    pad2: 0,
                 };
                 pass.compute(&kernel, &params)
                     .read(receivers.position.part(&rows.pixels))

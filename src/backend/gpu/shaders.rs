@@ -27,7 +27,7 @@ use crate::gbuffer::leak::LEAK_NEIGHBOURS;
 use crate::gbuffer::smooth::{DEPTH_SPACINGS, NORMAL_DIFFERENCE};
 use crate::gi::add_indirect::MIN_LUMINANCE;
 use crate::gi::gather::RESIDUAL_SOFTENING;
-use crate::gi::indirect_filter::{NORMAL_COSINE, PLANE_SLOPE, PLANE_SPACINGS};
+use crate::gi::indirect_filter::{ALIKE, NORMAL_COSINE, PLANE_SLOPE, PLANE_SPACINGS};
 use crate::gi::ism::{
     BIAS, BIAS_TEXELS, DISTANCE_BASE, DISTANCE_MAX, DISTANCE_SHIFT, OWN_COSINE, OWN_HEIGHT,
     OWN_REACH, REACH, SURFEL_BITS,
@@ -201,6 +201,7 @@ shader! {
         ("PLANE_SLOPE", PLANE_SLOPE as f64),
         ("PLANE_SPACINGS", PLANE_SPACINGS as f64),
         ("NORMAL_COSINE", NORMAL_COSINE as f64),
+        ("ALIKE", ALIKE as f64),
     ]
 }
 shader! {

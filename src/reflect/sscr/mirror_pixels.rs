@@ -1,34 +1,34 @@
 //! The mirrors of a picture, laid out for the search.
 
-use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::Region;
 use super::mirror_error::MirrorPoint;
+use super::scalar::Scalar;
 use crate::backend::cpu::Cpu;
 use crate::cloud::require_memory;
 use crate::error::Result;
 use crate::gbuffer::disc::PixelRect;
 use crate::reflect::{Eye, LabelledMirrors};
 
-/// All that the search asks of a pixel, in one cache line: its steps jump about the picture.
+/// All that the search asks of a pixel, of f32 in one cache line: its steps jump about the picture.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-struct MirrorPixel {
-    mirror: MirrorPoint,
+struct MirrorPixel<R: Scalar> {
+    mirror: MirrorPoint<R>,
     /// 0 where there is no mirror.
     region: u32,
 }
 
 /// The mirrors of a picture, in the rectangle around all regions.
 #[derive(Debug)]
-pub(super) struct MirrorPixels {
+pub(super) struct MirrorPixels<R: Scalar> {
     bounds: PixelRect,
     /// Row by row.
-    pixels: Vec<MirrorPixel>,
+    pixels: Vec<MirrorPixel<R>>,
 }
 
-impl MirrorPixels {
+impl<R: Scalar> MirrorPixels<R> {
     /// Lays out the mirrors of a picture.
     ///
     /// # Errors
@@ -37,14 +37,18 @@ impl MirrorPixels {
         let bounds = around(mirrors.regions);
         let width = bounds.x1.saturating_sub(bounds.x0) as usize;
         let height = bounds.y1.saturating_sub(bounds.y0) as usize;
-        let memory = (width * height * size_of::<MirrorPixel>()) as u64;
+        let memory = (width * height * size_of::<MirrorPixel<R>>()) as u64;
         require_memory("searching the mirrors", memory)?;
+        let nothing = MirrorPixel {
+            mirror: MirrorPoint::none(),
+            region: 0,
+        };
         let pixel = |i: usize| {
             let (x, y) = (
                 bounds.x0 as usize + i % width,
                 bounds.y0 as usize + i / width,
             );
-            mirror_pixel(mirrors, x, y).unwrap_or(NO_MIRROR)
+            mirror_pixel(mirrors, x, y).unwrap_or(nothing)
         };
         Ok(Self {
             bounds,
@@ -53,34 +57,27 @@ impl MirrorPixels {
     }
 
     /// The mirror at a place of the picture; `None` outside of the region.
-    pub(super) fn at(&self, at: Vec2, region: u32) -> Option<&MirrorPoint> {
+    #[inline]
+    pub(super) fn at(&self, at: R::Vec2, region: u32) -> Option<&MirrorPoint<R>> {
         let b = self.bounds;
-        let inside =
-            at.x >= b.x0 as f32 && at.y >= b.y0 as f32 && at.x < b.x1 as f32 && at.y < b.y1 as f32;
-        if !inside {
+        let [x, y] = R::parts2(at);
+        let edge = |cell: u32| R::of(cell as f32);
+        if !(x >= edge(b.x0) && y >= edge(b.y0) && x < edge(b.x1) && y < edge(b.y1)) {
             return None;
         }
-        let (column, row) = (at.x as u32 - b.x0, at.y as u32 - b.y0);
+        let (column, row) = (x.cell() - b.x0, y.cell() - b.y0);
         let index = row as usize * (b.x1 - b.x0) as usize + column as usize;
         let pixel = self.pixels.get(index)?;
         (pixel.region == region).then_some(&pixel.mirror)
     }
 }
 
-const NO_MIRROR: MirrorPixel = MirrorPixel {
-    mirror: MirrorPoint {
-        position: Vec3::ZERO,
-        normal: Vec3::ZERO,
-        to_eye: Vec3::ZERO,
-        right: Vec3::ZERO,
-        reflected: Vec2::ZERO,
-        spacing: 0.0,
-    },
-    region: 0,
-};
-
 /// The mirror in column `x`, row `y`; `None` where there is none.
-fn mirror_pixel(mirrors: &LabelledMirrors<'_, Cpu>, x: usize, y: usize) -> Option<MirrorPixel> {
+fn mirror_pixel<R: Scalar>(
+    mirrors: &LabelledMirrors<'_, Cpu>,
+    x: usize,
+    y: usize,
+) -> Option<MirrorPixel<R>> {
     let surface = mirrors.surface;
     let region = *mirrors.labels.get(x, y)?;
     let point = surface.point.get(x, y)?;
@@ -93,11 +90,11 @@ fn mirror_pixel(mirrors: &LabelledMirrors<'_, Cpu>, x: usize, y: usize) -> Optio
         Eye::PerPixel(eyes) => eyes.get(x, y)?.truncate(),
     };
     let mirror = MirrorPoint::new(
-        point.truncate(),
-        normal.truncate(),
-        normal.w,
-        eye,
-        mirrors.right,
+        R::of3(point.truncate()),
+        R::of3(normal.truncate()),
+        R::of(normal.w),
+        R::of3(eye),
+        R::of3(mirrors.right),
     );
     Some(MirrorPixel { mirror, region })
 }

@@ -20,6 +20,7 @@ pub mod prefix;
 mod random;
 pub mod real;
 pub mod root_find;
+pub mod scalar;
 mod settings;
 pub mod shorten;
 
@@ -27,7 +28,9 @@ use crate::gbuffer::disc::PixelRect;
 use crate::grid::Grid;
 
 pub(crate) use mirror_pixels::around;
-pub use settings::{Closing, Distribution, Search, Splatting, SscrSettings, Visibility};
+pub use settings::{
+    Closing, Distribution, OF_GUIDED, OF_INTERLEAVED, Search, Splatting, SscrSettings, Visibility,
+};
 
 /// A region of homogeneous curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]

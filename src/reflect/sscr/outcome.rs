@@ -1,41 +1,50 @@
 //! What searches come to.
 
-use glam::Vec2;
+use super::scalar::Scalar;
 
 /// Where a point is seen in the mirror.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Root {
+pub struct Root<R: Scalar = f32> {
     /// Pixels (centres at + 0.5).
-    pub pixel: Vec2,
+    pub pixel: R::Vec2,
     /// Distance from the mirror's point, in the cloud's unit.
-    pub distance: f32,
+    pub distance: R,
     /// Steps taken.
     pub steps: u32,
     /// Length of the error at the pixel.
-    pub residual: f32,
+    pub residual: R,
 }
 
 /// How the search for a point ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Outcome {
+pub enum Outcome<R: Scalar = f32> {
     /// The mirror shows it.
-    Found(Root),
+    Found(Root<R>),
     /// Not found.
-    Lost(End),
+    Lost(End<R>),
 }
 
 /// Where a search ended without finding its point.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct End {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct End<R: Scalar = f32> {
     /// Steps taken.
     pub steps: u32,
     /// The last place in the region, pixels; `None` where no place to start from was found.
-    pub pixel: Option<Vec2>,
+    pub pixel: Option<R::Vec2>,
 }
 
-impl Outcome {
+impl<R: Scalar> Default for End<R> {
+    fn default() -> Self {
+        Self {
+            steps: 0,
+            pixel: None,
+        }
+    }
+}
+
+impl<R: Scalar> Outcome<R> {
     /// Where the search ended, pixels; `None` where it did not begin.
-    pub fn pixel(&self) -> Option<Vec2> {
+    pub fn pixel(&self) -> Option<R::Vec2> {
         match self {
             Self::Found(root) => Some(root.pixel),
             Self::Lost(end) => end.pixel,

@@ -2,15 +2,17 @@
 //! [Preiner 2010, section 3.4], interleaved bracketing and bisection, with the termination rule of its text and an error
 //! function that is zero where the point is seen.
 //!
-//! Arithmetic is plain f32 in a fixed order, and random numbers are integers, so that a GPU can do the same.
+//! Arithmetic is plain f32 in a fixed order, and random numbers are integers, so that a GPU can do the same; f64 in its
+//! place ([`RootFinder::with`]) tells what that costs.
 
-use glam::{UVec2, Vec2, Vec3};
+use glam::{UVec2, Vec2};
 use rayon::prelude::*;
 
 use super::distribute::distribute;
 use super::mirror_error::{MirrorPoint, mirror_error};
 use super::mirror_pixels::MirrorPixels;
 use super::random::Random;
+use super::scalar::{Scalar, Vector};
 use super::{Region, SscrSettings};
 use crate::backend::cpu::Cpu;
 use crate::cloud::{Place, Surfels};
@@ -61,22 +63,22 @@ impl From<&SscrSettings> for RootFindParams {
 
 /// The mirrors in which points are searched.
 #[derive(Debug)]
-pub struct RootFinder<'a> {
+pub struct RootFinder<'a, R: Scalar = f32> {
     regions: &'a [Region],
-    mirrors: MirrorPixels,
+    mirrors: MirrorPixels<R>,
     params: RootFindParams,
 }
 
 /// A place in the region, and the error there.
 #[derive(Clone, Copy)]
-struct Probe {
-    at: Vec2,
-    error: Vec2,
+struct Probe<R: Scalar> {
+    at: R::Vec2,
+    error: R::Vec2,
 }
 
-impl Probe {
+impl<R: Scalar> Probe<R> {
     /// The end of a search that got no further.
-    fn lost(&self, steps: u32) -> Outcome {
+    fn lost(&self, steps: u32) -> Outcome<R> {
         Outcome::Lost(End {
             steps,
             pixel: Some(self.at),
@@ -86,45 +88,56 @@ impl Probe {
 
 /// The search along one axis.
 #[derive(Clone, Copy)]
-struct Axis {
-    direction: f32,
-    step: f32,
+struct Axis<R> {
+    direction: R,
+    step: R,
 }
 
-impl Axis {
+impl<R: Scalar> Axis<R> {
     /// Turns round, and halves the step, as the errors before and after a step say.
-    fn turn(&mut self, before: f32, after: f32) {
+    #[inline]
+    fn turn(&mut self, before: R, after: R) {
         // Without branches: which way it goes is as good as random.
         let passed = opposite(before, after);
         let farther = after.abs() >= before.abs();
-        self.direction *= 1.0 - 2.0 * f32::from(u8::from(passed | farther));
-        self.step *= 1.0 - 0.5 * f32::from(u8::from(passed));
+        let one = |when: bool| f32::from(u8::from(when));
+        self.direction = self.direction * R::of(1.0 - 2.0 * one(passed | farther));
+        self.step = self.step * R::of(1.0 - 0.5 * one(passed));
     }
 }
 
 /// The step that both axes make together.
-fn step_of(x: Axis, y: Axis) -> Vec2 {
-    Vec2::new(x.direction * x.step, y.direction * y.step)
+#[inline]
+fn step_of<R: Scalar>(x: Axis<R>, y: Axis<R>) -> R::Vec2 {
+    R::vec2(x.direction * x.step, y.direction * y.step)
 }
 
-fn opposite(a: f32, b: f32) -> bool {
-    (a < 0.0) != (b < 0.0)
+#[inline]
+fn opposite<R: Scalar>(a: R, b: R) -> bool {
+    let zero = R::default();
+    (a < zero) != (b < zero)
 }
 
 /// Where between two places the error vanishes, if it runs straight.
-fn between(first: f32, last: f32, first_error: f32, last_error: f32) -> f32 {
+#[inline]
+fn between<R: Scalar>(first: R, last: R, first_error: R, last_error: R) -> R {
     let (a, b) = (first_error.abs(), last_error.abs());
     let sum = a + b;
-    let part = if sum > 0.0 { a / sum } else { 0.5 };
+    let part = if sum > R::default() {
+        a / sum
+    } else {
+        R::of(0.5)
+    };
     first + (last - first) * part
 }
 
-impl<'a> RootFinder<'a> {
-    /// Readies the mirrors of a picture for searching; the first component of errors follows the picture's x axis.
+impl<'a, R: Scalar> RootFinder<'a, R> {
+    /// Readies the mirrors of a picture for searching with these numbers; the first component of errors follows the
+    /// picture's x axis.
     ///
     /// # Errors
     /// [`crate::Error::Memory`] where the picture is too large.
-    pub fn new(mirrors: &LabelledMirrors<'a, Cpu>, params: RootFindParams) -> Result<Self> {
+    pub fn with(mirrors: &LabelledMirrors<'a, Cpu>, params: RootFindParams) -> Result<Self> {
         Ok(Self {
             regions: mirrors.regions,
             mirrors: MirrorPixels::new(mirrors)?,
@@ -136,25 +149,25 @@ impl<'a> RootFinder<'a> {
     ///
     /// `index` is the point's own number, which its random sequence follows from. Whichever way the point's surface
     /// faces: diffuse points are two-sided, and a mirror seen from behind is opaque.
-    pub fn find(&self, index: u32, point: Vec3, region: u32) -> Outcome {
+    pub fn find(&self, index: u32, point: R::Vec3, region: u32) -> Outcome<R> {
         self.find_by(mirror_error, index, point, region)
     }
 
     /// Like [`RootFinder::find`], with another error function.
     pub fn find_by(
         &self,
-        error: impl Fn(&MirrorPoint, Vec3) -> Vec2,
+        error: impl Fn(&MirrorPoint<R>, R::Vec3) -> R::Vec2,
         index: u32,
-        point: Vec3,
+        point: R::Vec3,
         region: u32,
-    ) -> Outcome {
+    ) -> Outcome<R> {
         let Some(bounds) = region
             .checked_sub(1)
             .and_then(|k| self.regions.get(k as usize))
         else {
             return Outcome::Lost(End::default());
         };
-        let probe = |at: Vec2| {
+        let probe = |at: R::Vec2| {
             let mirror = self.mirrors.at(at, region)?;
             Some(Probe {
                 at,
@@ -165,29 +178,38 @@ impl<'a> RootFinder<'a> {
         // Seeds.
         let mut random = Random::new(index);
         let mut seed = || {
-            (0..=self.params.seed_attempts).find_map(|_| probe(random_pixel(bounds, &mut random)))
+            (0..=self.params.seed_attempts).find_map(|_| {
+                let at = random_pixel(bounds, &mut random);
+                probe(R::vec2(R::of(at.x), R::of(at.y)))
+            })
         };
         let (Some(mut first), Some(mut second)) = (seed(), seed()) else {
             return Outcome::Lost(End::default());
         };
         let extent = region_size(bounds).as_vec2() * self.params.initial_step;
-        let along = |from: f32, to: f32, step: f32| Axis {
-            direction: if to < from { -1.0 } else { 1.0 },
-            step,
+        let along = |from: R, to: R, step: f32| Axis {
+            direction: R::of(if to < from { -1.0 } else { 1.0 }),
+            step: R::of(step),
         };
-        let mut x = along(first.at.x, second.at.x, extent.x);
-        let mut y = along(first.at.y, second.at.y, extent.y);
+        let ([first_x, first_y], [second_x, second_y]) =
+            (R::parts2(first.at), R::parts2(second.at));
+        let mut x = along(first_x, second_x, extent.x);
+        let mut y = along(first_y, second_y, extent.y);
+        let threshold = R::of(self.params.threshold) * R::of(self.params.threshold);
 
         for steps in 0..=self.params.max_steps {
+            let ([before_x, before_y], [after_x, after_y]) =
+                (R::parts2(first.error), R::parts2(second.error));
             // The root lies between two near places of opposite errors.
-            if opposite(first.error.x, second.error.x) & opposite(first.error.y, second.error.y)
-                && first.at.distance_squared(second.at) < self.params.threshold.powi(2)
+            let apart: R::Vec2 = first.at - second.at;
+            if opposite(before_x, after_x) & opposite(before_y, after_y)
+                && apart.dot(apart) < threshold
             {
                 return self.accept(&error, &first, &second, point, region, steps);
             }
-            x.turn(first.error.x, second.error.x);
-            y.turn(first.error.y, second.error.y);
-            if steps == self.params.max_steps || x.step.max(y.step) < SMALLEST_STEP {
+            x.turn(before_x, after_x);
+            y.turn(before_y, after_y);
+            if steps == self.params.max_steps || x.step.max(y.step) < R::of(SMALLEST_STEP) {
                 return second.lost(steps);
             }
             // A step that leaves the region is halved.
@@ -196,8 +218,8 @@ impl<'a> RootFinder<'a> {
                 if next.is_some() {
                     break;
                 }
-                x.step *= 0.5;
-                y.step *= 0.5;
+                x.step = x.step * R::of(0.5);
+                y.step = y.step * R::of(0.5);
                 next = probe(second.at + step_of(x, y));
             }
             let Some(next) = next else {
@@ -212,30 +234,34 @@ impl<'a> RootFinder<'a> {
     /// The root between two places, unless the point lies behind the mirror there, or belongs to it.
     fn accept(
         &self,
-        error: impl Fn(&MirrorPoint, Vec3) -> Vec2,
-        first: &Probe,
-        second: &Probe,
-        point: Vec3,
+        error: impl Fn(&MirrorPoint<R>, R::Vec3) -> R::Vec2,
+        first: &Probe<R>,
+        second: &Probe<R>,
+        point: R::Vec3,
         region: u32,
         steps: u32,
-    ) -> Outcome {
+    ) -> Outcome<R> {
         // The errors are those of the pixels' centres.
-        let (a, b) = (first.at.floor() + 0.5, second.at.floor() + 0.5);
-        let pixel = Vec2::new(
-            between(a.x, b.x, first.error.x, second.error.x),
-            between(a.y, b.y, first.error.y, second.error.y),
+        let centre = |at: R::Vec2| R::parts2(at).map(|c| c.floor() + R::of(0.5));
+        let ([first_x, first_y], [last_x, last_y]) = (centre(first.at), centre(second.at));
+        let ([before_x, before_y], [after_x, after_y]) =
+            (R::parts2(first.error), R::parts2(second.error));
+        let pixel = R::vec2(
+            between(first_x, last_x, before_x, after_x),
+            between(first_y, last_y, before_y, after_y),
         );
         // Between two pixels of the region there may be one of another.
         let mirror = self
             .mirrors
             .at(pixel, region)
-            .or_else(|| self.mirrors.at(b, region));
+            .or_else(|| self.mirrors.at(R::vec2(last_x, last_y), region));
         let Some(mirror) = mirror else {
             return second.lost(steps);
         };
         let to_point = point - mirror.position;
         let distance = to_point.length();
-        if mirror.normal.dot(to_point) <= 0.0 || distance < self.params.self_hit * mirror.spacing {
+        let own = R::of(self.params.self_hit) * mirror.spacing;
+        if mirror.normal.dot(to_point) <= R::default() || distance < own {
             return second.lost(steps);
         }
         Outcome::Found(Root {
@@ -244,6 +270,16 @@ impl<'a> RootFinder<'a> {
             steps,
             residual: error(mirror, point).length(),
         })
+    }
+}
+
+impl<'a> RootFinder<'a> {
+    /// Readies the mirrors of a picture for searching, with f32.
+    ///
+    /// # Errors
+    /// [`crate::Error::Memory`] where the picture is too large.
+    pub fn new(mirrors: &LabelledMirrors<'a, Cpu>, params: RootFindParams) -> Result<Self> {
+        Self::with(mirrors, params)
     }
 
     /// Searches for all points, each in the region that `region_of` gives it (none for some), on all cores; `reach_at`

@@ -35,6 +35,23 @@ setting_choice! {
     }
 }
 
+/// Settings that only the interleaved search heeds.
+pub const OF_INTERLEAVED: [&str; 10] = [
+    "sscr.seed_attempts",
+    "sscr.step_attempts",
+    "sscr.max_steps",
+    "sscr.initial_step",
+    "sscr.threshold",
+    "sscr.distribution",
+    "sscr.passes",
+    "sscr.max_splat",
+    "sscr.mirror_far",
+    "sscr.depth_offset",
+];
+
+/// Settings that only the guided search heeds.
+pub const OF_GUIDED: [&str; 1] = ["sscr.points_per_pixel"];
+
 /// How hits become splats.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Splatting {
@@ -158,5 +175,21 @@ settings_group! {
         /// Halvings of the mirror's picture from which holes are filled. 4 close holes of up to 16 pixels, and fill too
         /// what reflects nothing [Preiner 2010, sections 3.6 and 4.6]; 0 leaves holes.
         pull_levels: u32 = 4, 0..=16, "levels";
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::SettingsGroup;
+
+    #[test]
+    fn what_is_of_one_search_says_so() {
+        let described = SscrSettings::describe();
+        let of = described
+            .iter()
+            .filter(|d| d.doc.starts_with("Of \"interleaved\""));
+        let keys: Vec<&str> = of.map(|d| d.key.as_str()).collect();
+        assert_eq!(keys, OF_INTERLEAVED);
     }
 }

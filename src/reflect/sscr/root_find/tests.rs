@@ -1,6 +1,6 @@
 //! Axes and flat mirrors, whose answers are known on paper.
 
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 use super::*;
 use crate::gbuffer::disc::PixelRect;

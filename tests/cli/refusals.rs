@@ -1,19 +1,14 @@
-//! The program's manners: exit status, messages, help, interrupts.
+//! What is refused, and what is dropped: exit status and messages.
 
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use libtest_mimic::Trial;
-use serde_json::Value;
 
-use crate::program::{ROOM, done, json, names, program, refused, room, run, stderr};
+use crate::program::{json, names, refused, room, run, stderr};
 use crate::support::claim;
 
-pub(crate) fn tests() -> Vec<Trial> {
+pub(super) fn tests() -> Vec<Trial> {
     vec![
-        claim(
-            "cli::help_tells_units_defaults_and_where_the_settings_are",
-            help_tells_what_there_is,
-        ),
         claim(
             "cli::wrong_usage_ends_with_2_and_a_remedy",
             wrong_usage_ends_with_2,
@@ -34,66 +29,7 @@ pub(crate) fn tests() -> Vec<Trial> {
             "cli::a_cloud_beyond_all_measure_has_no_points",
             a_cloud_beyond_all_measure,
         ),
-        claim(
-            "cli::generate_asks_for_its_folder_first_and_says_what_it_wrote",
-            generate_asks_first,
-        ),
-        claim("cli::info_counts_and_plans", info_counts_and_plans),
-        claim("cli::info_lists_every_setting", info_lists_every_setting),
-        claim(
-            "cli::a_reader_that_leaves_is_no_failure",
-            a_reader_that_leaves,
-        ),
-        claim(
-            "cli::names_cannot_steer_the_terminal",
-            names_cannot_steer_the_terminal,
-        ),
-        claim(
-            "cli::a_pipe_in_place_of_a_file_does_not_hang",
-            a_pipe_does_not_hang,
-        )
-        .with_ignored_flag(cfg!(not(unix))),
-        claim(
-            "cli::an_interrupt_cancels_and_writes_nothing",
-            an_interrupt_cancels,
-        )
-        .with_ignored_flag(cfg!(not(unix))),
     ]
-}
-
-fn help_tells_what_there_is() {
-    let folder = room();
-    let help = done(folder.path(), "render --help");
-    for word in [
-        "info --settings",
-        "W/sr/m2",
-        "degrees",
-        "pixels",
-        "default",
-        "Examples",
-        "#rrggbb",
-        "--camera-json",
-        "--search-heat",
-    ] {
-        assert!(help.contains(word), "render --help lacks {word:?}");
-    }
-    assert!(
-        done(folder.path(), "--help").contains("Exit status"),
-        "--help tells the exit status"
-    );
-    assert!(
-        done(folder.path(), "--help").contains("No light is"),
-        "--help tells that no light is chosen"
-    );
-    assert!(
-        done(folder.path(), "generate --help").contains("1600000"),
-        "generate --help tells the default"
-    );
-    assert_eq!(
-        done(folder.path(), "--version").trim(),
-        concat!("catoptric ", env!("CARGO_PKG_VERSION")),
-        "the version"
-    );
 }
 
 fn wrong_usage_ends_with_2() {
@@ -329,172 +265,4 @@ fn a_cloud_beyond_all_measure() {
             "{said}"
         );
     }
-}
-
-fn generate_asks_first() {
-    let folder = room();
-    for place in ["room.toml", "room.toml/in"] {
-        let said = refused(
-            folder.path(),
-            &format!("generate sphere -o {place} --points 4000000"),
-            2,
-        );
-        assert!(
-            said.contains("room.toml is a file") && said.contains("another place"),
-            "{said}"
-        );
-    }
-    let output = run(folder.path(), "generate sphere -o a/b --points 100");
-    assert_eq!(
-        (output.status.code(), stderr(&output).as_str()),
-        (
-            Some(0),
-            "catoptric: wrote a/b/sphere.ply and a/b/sphere.toml\n"
-        )
-    );
-    assert_eq!(
-        names(&folder.path().join("a/b")),
-        ["sphere.ply", "sphere.toml"]
-    );
-}
-
-fn info_counts_and_plans() {
-    let folder = room();
-    let text = done(folder.path(), "info room.toml");
-    for word in [
-        "20000",
-        "mirror",
-        "[-1, -1, -3] to [1, 1, 1]",
-        "what runs",
-        "splat",
-        "shade",
-        "skipped",
-        "up axis      y",
-    ] {
-        assert!(text.contains(word), "info lacks {word:?}: {text}");
-    }
-    let info: Value = serde_json::from_str(&done(
-        folder.path(),
-        "info room.toml --json --set splat.size=2",
-    ))
-    .expect("JSON");
-    assert_eq!(info["facts"]["points"], 20_000, "{info}");
-    assert_eq!(info["settings"]["splat.size"], 2.0, "{info}");
-    assert_eq!(info["plan"][0]["stage"], "splat", "{info}");
-    assert!(
-        info["facts"]["mirror_points"].as_u64() > Some(500),
-        "{info}"
-    );
-}
-
-fn info_lists_every_setting() {
-    let folder = room();
-    let text = done(folder.path(), "info --settings");
-    let listed: Value =
-        serde_json::from_str(&done(folder.path(), "info --settings --json")).expect("JSON");
-    let described = catoptric::settings::Settings::describe();
-    assert_eq!(
-        listed.as_array().map(Vec::len),
-        Some(described.len()),
-        "{listed}"
-    );
-    for description in described {
-        assert!(
-            text.contains(&format!("{} = {}", description.key, description.default)),
-            "{} is missing",
-            description.key
-        );
-        assert!(
-            text.contains(&description.doc),
-            "the doc of {} is missing",
-            description.key
-        );
-    }
-}
-
-fn a_reader_that_leaves() {
-    let folder = room();
-    for arguments in ["info --settings", "info room.toml", "render --help"] {
-        let mut child = program(folder.path(), arguments)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("it runs");
-        drop(child.stdout.take());
-        let output = child.wait_with_output().expect("it ends");
-        assert_eq!(
-            (output.status.code(), stderr(&output).as_str()),
-            (Some(0), ""),
-            "{arguments}"
-        );
-    }
-}
-
-fn names_cannot_steer_the_terminal() {
-    let folder = room();
-    let steering = "a\u{1b}[2Jb\u{202e}.toml";
-    let output = Command::new(env!("CARGO_BIN_EXE_catoptric"))
-        .arg("info")
-        .arg(folder.path().join(steering))
-        .output()
-        .expect("it runs");
-    let said = stderr(&output);
-    assert!(
-        said.contains("\\u{1b}[2J") && !said.contains('\u{1b}') && !said.contains('\u{202e}'),
-        "{said:?}"
-    );
-    let scene = ROOM.replace("points = 20000", "\"\\u001b[31m\" = 1");
-    std::fs::write(folder.path().join("red.toml"), scene).expect("a scene");
-    let said = refused(folder.path(), "info red.toml", 1);
-    assert!(!said.contains('\u{1b}'), "{said:?}");
-}
-
-fn a_pipe_does_not_hang() {
-    let folder = room();
-    for name in ["pipe.toml", "pipe.ply"] {
-        let made = Command::new("mkfifo")
-            .arg(folder.path().join(name))
-            .status()
-            .expect("mkfifo runs");
-        assert!(made.success(), "a pipe");
-        refused(folder.path(), &format!("render {name} -o a.png"), 1);
-    }
-}
-
-fn an_interrupt_cancels() {
-    let folder = room();
-    let arguments =
-        "render room.toml --backend cpu -o a.png --set cloud.0.points=8000000 --size 6000x4000";
-    // On a busy machine the program may not yet listen; then it is ended by the signal, and is given more time.
-    for delay_ms in [200, 800, 3200] {
-        let child = program(folder.path(), arguments)
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("it runs");
-        std::thread::sleep(std::time::Duration::from_millis(delay_ms));
-        let interrupt = Command::new("kill")
-            .args(["-INT", &child.id().to_string()])
-            .status()
-            .expect("kill runs");
-        assert!(
-            interrupt.success(),
-            "the program still ran when it was interrupted"
-        );
-        let output = child.wait_with_output().expect("it ends");
-        assert_eq!(
-            names(folder.path()),
-            ["room.toml"],
-            "nothing is left behind"
-        );
-        if let Some(status) = output.status.code() {
-            assert_eq!(status, 1, "{}", stderr(&output));
-            assert!(
-                stderr(&output).contains("cancelled; nothing was written"),
-                "{}",
-                stderr(&output)
-            );
-            return;
-        }
-    }
-    panic!("it never listened");
 }
