@@ -28,6 +28,18 @@ const REST: Duration = Duration::from_millis(150);
 /// Frames whose times are kept.
 const KEPT: usize = 60;
 
+/// Settings that are compared with those of the picture, in the same view.
+pub(super) struct Second {
+    /// For people.
+    pub(super) name: String,
+    pub(super) settings: Settings,
+    /// The last frame with them.
+    shown: Option<Shown>,
+    pub(super) texture: Option<egui::TextureHandle>,
+    pub(super) difference: Option<egui::TextureHandle>,
+    pub(super) lines: Vec<(&'static str, String)>,
+}
+
 /// Everything that the window shows.
 pub(super) struct Viewer {
     pub(super) start: Start,
@@ -50,6 +62,10 @@ pub(super) struct Viewer {
     pub(super) path: Option<[DVec3; 3]>,
     /// Ends of the distance that is measured; the second may be missing.
     pub(super) measured: Vec<DVec3>,
+    pub(super) second: Option<Second>,
+    /// Where the two pictures meet, part of the width; and whether their difference is shown instead.
+    pub(super) wiper: f32,
+    pub(super) shows_difference: bool,
     pub(super) progress: Option<Progress>,
     pub(super) loading: Option<PathBuf>,
     pub(super) messages: Vec<(bool, String)>,
@@ -99,6 +115,9 @@ impl Viewer {
             probe: None,
             path: None,
             measured: Vec::new(),
+            second: None,
+            wiper: 0.5,
+            shows_difference: false,
             progress: None,
             loading: None,
             messages: Vec::new(),
@@ -182,9 +201,76 @@ impl Viewer {
         self.moved_at = Instant::now();
     }
 
+    /// Compares what is shown with the same view under these settings, from now on.
+    pub(super) fn compare_with(&mut self, name: &str, settings: Settings) {
+        self.second = Some(Second {
+            name: name.to_owned(),
+            settings,
+            shown: None,
+            texture: None,
+            difference: None,
+            lines: Vec::new(),
+        });
+        self.compare();
+    }
+
+    /// Asks for what the comparison lacks: the other frame of this view, or how the two compare.
+    fn compare(&mut self) {
+        let (Some(second), Some(shown)) = (&self.second, &self.shown) else {
+            return;
+        };
+        if shown.request.detail != Detail::FULL || !self.complete {
+            return;
+        }
+        let same = |other: &&Shown| {
+            other.request.camera == shown.request.camera
+                && other.request.settings == second.settings
+        };
+        match second.shown.as_ref().filter(same) {
+            Some(with) => self
+                .worker
+                .compare(shown.clone(), with.clone(), self.buffer),
+            None => {
+                self.number += 1;
+                self.worker.second(Request {
+                    number: self.number,
+                    settings: second.settings.clone(),
+                    ..shown.request.clone()
+                });
+            }
+        }
+    }
+
+    /// What the comparison gave, if it is of the frame that is shown.
+    fn put_comparison(
+        &mut self,
+        comparison: super::comparison::Comparison,
+        context: &egui::Context,
+    ) {
+        let [number, with] = comparison.numbers;
+        let shown = self
+            .shown
+            .as_ref()
+            .is_some_and(|s| s.request.number == number);
+        let Some(second) = self.second.as_mut().filter(|second| {
+            shown && (second.shown.as_ref()).is_some_and(|s| s.request.number == with)
+        }) else {
+            return;
+        };
+        if comparison.with.buffer != self.buffer {
+            return;
+        }
+        let options = egui::TextureOptions::LINEAR;
+        second.texture = Some(context.load_texture("second", comparison.with.image, options));
+        let difference = comparison.difference;
+        second.difference = Some(context.load_texture("difference", difference, options));
+        second.lines = comparison.lines;
+    }
+
     /// Shows another layer.
     pub(super) fn set_buffer(&mut self, buffer: Buffer) {
         self.buffer = buffer;
+        self.compare();
         let heat = (self.shown.as_ref()).is_some_and(|s| s.products.search_heat.is_some());
         if buffer.needs_search_heat() && !heat {
             self.touch();
@@ -258,6 +344,14 @@ impl Viewer {
                 Event::Opened(opened) => self.begin(*opened),
                 Event::Shown(shown, layer) => self.show(*shown, layer, context),
                 Event::Painted(layer) => self.put(layer, context),
+                Event::Second(shown) => {
+                    self.progress = None;
+                    if let Some(second) = &mut self.second {
+                        second.shown = Some(*shown);
+                    }
+                    self.compare();
+                }
+                Event::Compared(comparison) => self.put_comparison(*comparison, context),
                 Event::Exported(files) => {
                     self.progress = None;
                     for file in files {
@@ -275,12 +369,7 @@ impl Viewer {
         if let Ok(path) = self.chosen.1.try_recv() {
             self.open(path);
         }
-        let dropped = context.input(|i| {
-            i.raw
-                .dropped_files
-                .first()
-                .and_then(|f| Some(f.path().to_owned()))
-        });
+        let dropped = context.input(|i| i.raw.dropped_files.first().map(|f| f.path().to_owned()));
         if let Some(path) = dropped {
             self.open(path);
         }
@@ -302,10 +391,11 @@ impl Viewer {
         self.done(None);
         let again = (self.opened.as_ref()).is_some_and(|o| o.path == opened.path);
         if !again {
-            let camera = opened.loaded.camera;
-            self.navigator = Navigator::of(&camera);
             let size = self.like.size;
+            let camera = fitted(&opened, size);
+            self.navigator = Navigator::of(&camera);
             self.like = Camera { size, ..camera };
+            self.second = None;
             self.history = History::new(opened.scene.settings.clone());
             (self.path, self.measured) = (None, Vec::new());
             self.times.clear();
@@ -339,6 +429,12 @@ impl Viewer {
             self.worker.paint(self.buffer);
         }
         self.shown = Some(shown);
+        if let Some(second) = &mut self.second {
+            // What was compared was another view.
+            (second.texture, second.difference) = (None, None);
+            second.lines.clear();
+        }
+        self.compare();
     }
 
     fn put(&mut self, layer: Layer, context: &egui::Context) {
@@ -397,6 +493,14 @@ impl Viewer {
             detail,
         });
     }
+}
+
+/// The camera of a scene; one that nobody gave fits the window.
+fn fitted(opened: &Opened, size: UVec2) -> Camera {
+    let mut scene = opened.scene.clone();
+    scene.camera.size = Some(size);
+    let (bounds, up) = (opened.loaded.facts.bounds, opened.loaded.up_axis);
+    scene.camera(bounds, up).unwrap_or(opened.loaded.camera)
 }
 
 impl eframe::App for Viewer {

@@ -4,7 +4,7 @@ use catoptric::camera::Pinhole;
 use eframe::egui::{self, Color32, Key, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::{DVec2, DVec3, UVec2};
 
-use super::app::Viewer;
+use super::app::{Second, Viewer};
 use super::buffers::Probe;
 use super::navigation::Navigator;
 
@@ -49,6 +49,9 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
         ui.painter()
             .image(texture.id(), rect, whole, Color32::WHITE);
     }
+    if let Some(second) = &viewer.second {
+        compared(viewer, second, ui, rect);
+    }
     overlays(viewer, ui, rect);
 
     let before = viewer.navigator;
@@ -88,6 +91,27 @@ fn welcome(viewer: &mut Viewer, ui: &mut egui::Ui, rect: Rect) {
             }
         });
     });
+}
+
+/// The other picture to the left of the wiper, or the difference of the two.
+fn compared(viewer: &Viewer, second: &Second, ui: &egui::Ui, rect: Rect) {
+    let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+    if viewer.shows_difference {
+        if let Some(difference) = &second.difference {
+            ui.painter()
+                .image(difference.id(), rect, whole, Color32::WHITE);
+        }
+        return;
+    }
+    let Some(texture) = &second.texture else {
+        return;
+    };
+    let at = rect.min.x + rect.width() * viewer.wiper;
+    let left = Rect::from_x_y_ranges(rect.min.x..=at, rect.y_range());
+    let part = Rect::from_min_max(Pos2::ZERO, Pos2::new(viewer.wiper, 1.0));
+    ui.painter().image(texture.id(), left, part, Color32::WHITE);
+    ui.painter()
+        .vline(at, rect.y_range(), Stroke::new(2.0, Color32::WHITE));
 }
 
 /// Where a point of the scene is on screen.

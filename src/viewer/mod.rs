@@ -7,6 +7,7 @@
 mod app;
 mod buffers;
 mod canvas;
+mod comparison;
 mod history;
 mod navigation;
 mod pace;

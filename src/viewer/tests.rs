@@ -287,3 +287,28 @@ fn reloading_again_and_again_keeps_camera_and_settings() {
     until(&mut window, "a message", |v| !v.messages.is_empty());
     assert!(window.state().opened.is_some(), "what was read stays");
 }
+
+#[test]
+fn traced_rays_tell_how_good_the_mirrors_are() {
+    let (mut window, _) = opened("traced");
+    let same = window.state().settings().clone();
+    window.state_mut().compare_with("the same", same.clone());
+    let compared = |v: &Viewer| v.second.as_ref().is_some_and(|s| s.texture.is_some());
+    until(&mut window, "the same again", compared);
+    let albedo = |v: &Viewer| {
+        let lines = v.second.iter().flat_map(|s| &s.lines);
+        let albedo = lines
+            .filter(|(name, _)| *name == "albedo")
+            .map(|(_, value)| value.clone());
+        albedo.collect::<String>()
+    };
+    assert_eq!(albedo(window.state()), "120.0 dB", "no difference");
+    let traced = same.with("reflect.method", toml::Value::String("ray_trace".into()));
+    window
+        .state_mut()
+        .compare_with("traced rays", traced.expect("a method"));
+    until(&mut window, "traced rays", compared);
+    let found = albedo(window.state());
+    let decibels: f64 = found.trim_end_matches(" dB").parse().expect(&found);
+    assert!((10.0..60.0).contains(&decibels), "{found}");
+}

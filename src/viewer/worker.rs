@@ -19,6 +19,7 @@ use catoptric::{Error, Job, Progress};
 use eframe::egui::ColorImage;
 
 use super::buffers::Buffer;
+use super::comparison::Comparison;
 use super::pace::Detail;
 
 /// What to open.
@@ -79,7 +80,7 @@ pub(super) struct Layer {
 }
 
 impl Layer {
-    fn new(shown: &Shown, buffer: Buffer) -> Self {
+    pub(super) fn new(shown: &Shown, buffer: Buffer) -> Self {
         let painted = buffer.paint(&shown.products, &shown.request.settings.image);
         let size = painted.picture.size().as_usizevec2().to_array();
         let bytes = painted.picture.values().as_flattened();
@@ -98,6 +99,10 @@ pub(super) enum Event {
     Shown(Box<Shown>, Layer),
     /// Another layer of the frame that is shown.
     Painted(Layer),
+    /// A frame to compare with the one that is shown.
+    Second(Box<Shown>),
+    /// How the two compare.
+    Compared(Box<Comparison>),
     Exported(Vec<PathBuf>),
     /// The number of the request, where it was one, and a sentence for the person.
     Failed(Option<u64>, String),
@@ -111,6 +116,8 @@ struct Mailbox {
     export: Option<Export>,
     request: Option<Request>,
     paint: Option<Buffer>,
+    second: Option<Request>,
+    compare: Option<Box<(Shown, Shown, Buffer)>>,
     quit: bool,
     /// What runs: its handle, and whether a newer view stops it.
     running: Option<(Job, Running)>,
@@ -123,6 +130,7 @@ enum Running {
     /// A frame of little detail: it is soon done, and shown.
     Moving,
     Still,
+    Second,
 }
 
 #[derive(Default)]
@@ -176,6 +184,7 @@ impl Worker {
         let mut mailbox = self.shared.mailbox();
         mailbox.request = None;
         mailbox.export = None;
+        mailbox.second = None;
         mailbox.opening = Some(opening);
         mailbox.stop(|_| true);
         self.shared.posted.notify_one();
@@ -185,7 +194,7 @@ impl Worker {
     pub(super) fn render(&self, request: Request) {
         let mut mailbox = self.shared.mailbox();
         mailbox.request = Some(request);
-        mailbox.stop(|running| running == Running::Still);
+        mailbox.stop(|running| matches!(running, Running::Still | Running::Second));
         self.shared.posted.notify_one();
     }
 
@@ -195,11 +204,25 @@ impl Worker {
         self.shared.posted.notify_one();
     }
 
+    /// Renders the same view with other settings, when there is nothing else to do.
+    pub(super) fn second(&self, request: Request) {
+        let mut mailbox = self.shared.mailbox();
+        mailbox.second = Some(request);
+        mailbox.stop(|running| running == Running::Second);
+        self.shared.posted.notify_one();
+    }
+
+    /// Compares a frame with one of the same view, by a layer and by what mirrors show.
+    pub(super) fn compare(&self, frame: Shown, with: Shown, buffer: Buffer) {
+        self.shared.mailbox().compare = Some(Box::new((frame, with, buffer)));
+        self.shared.posted.notify_one();
+    }
+
     /// Writes files.
     pub(super) fn export(&self, export: Export) {
         let mut mailbox = self.shared.mailbox();
         mailbox.export = Some(export);
-        mailbox.stop(|running| running == Running::Still);
+        mailbox.stop(|running| matches!(running, Running::Still | Running::Second));
         self.shared.posted.notify_one();
     }
 
@@ -209,6 +232,7 @@ impl Worker {
         mailbox.opening = None;
         mailbox.export = None;
         mailbox.request = None;
+        mailbox.second = None;
         mailbox.stop(|_| true);
     }
 
@@ -233,6 +257,32 @@ impl Drop for Worker {
 }
 
 impl Mailbox {
+    /// The letter to answer first.
+    fn next(&mut self) -> Option<(Task, Running)> {
+        if let Some(opening) = self.opening.take() {
+            return Some((Task::Open(opening), Running::Opening));
+        }
+        if let Some(export) = self.export.take() {
+            return Some((Task::Export(export), Running::Export));
+        }
+        if let Some(request) = self.request.take() {
+            let running = if request.detail == Detail::FULL {
+                Running::Still
+            } else {
+                Running::Moving
+            };
+            return Some((Task::Render(request), running));
+        }
+        if let Some(buffer) = self.paint.take() {
+            return Some((Task::Paint(buffer), Running::Moving));
+        }
+        if let Some(frames) = self.compare.take() {
+            return Some((Task::Compare(frames), Running::Moving));
+        }
+        let second = self.second.take()?;
+        Some((Task::Second(second), Running::Second))
+    }
+
     fn stop(&self, which: impl Fn(Running) -> bool) {
         if let Some((job, running)) = &self.running
             && which(*running)
@@ -261,6 +311,8 @@ enum Task {
     Export(Export),
     Render(Request),
     Paint(Buffer),
+    Second(Request),
+    Compare(Box<(Shown, Shown, Buffer)>),
 }
 
 /// Where pictures are made: the thread's own.
@@ -289,14 +341,18 @@ impl Studio {
     fn work(mut self, shared: &Shared) {
         while let Some((task, job)) = self.next(shared) {
             let number = match &task {
-                Task::Render(request) => Some(request.number),
-                Task::Open(_) | Task::Export(_) | Task::Paint(_) => None,
+                Task::Render(request) | Task::Second(request) => Some(request.number),
+                Task::Open(_) | Task::Export(_) | Task::Paint(_) | Task::Compare(_) => None,
             };
             let done = match task {
                 Task::Open(opening) => self.open(opening, &job),
                 Task::Export(export) => self.export(&export, &job),
                 Task::Render(request) => self.render(request, &job),
                 Task::Paint(buffer) => self.paint(buffer),
+                Task::Second(request) => {
+                    (self.frame(request, &job)).map(|shown| Event::Second(Box::new(shown)))
+                }
+                Task::Compare(frames) => self.compare(&frames),
             };
             shared.mailbox().running = None;
             match done {
@@ -320,23 +376,7 @@ impl Studio {
             if mailbox.quit {
                 return None;
             }
-            let task = if let Some(opening) = mailbox.opening.take() {
-                Some((Task::Open(opening), Running::Opening))
-            } else if let Some(export) = mailbox.export.take() {
-                Some((Task::Export(export), Running::Export))
-            } else if let Some(request) = mailbox.request.take() {
-                let running = if request.detail == Detail::FULL {
-                    Running::Still
-                } else {
-                    Running::Moving
-                };
-                Some((Task::Render(request), running))
-            } else if let Some(buffer) = mailbox.paint.take() {
-                Some((Task::Paint(buffer), Running::Moving))
-            } else {
-                None
-            };
-            if let Some((task, running)) = task {
+            if let Some((task, running)) = mailbox.next() {
                 let post = self.post.clone();
                 let job = Job::with_listener(move |p| post.send(Event::Progress(p)));
                 mailbox.running = Some((job.clone(), running));
@@ -384,7 +424,7 @@ impl Studio {
         Ok((opened, &mut self.part.insert((detail, part)).1))
     }
 
-    fn render(&mut self, request: Request, job: &Job) -> Result<Event, Error> {
+    fn frame(&mut self, request: Request, job: &Job) -> Result<Shown, Error> {
         let detail = request.detail;
         let (opened, renderer) = self.renderer(detail)?;
         let start = Instant::now();
@@ -399,14 +439,26 @@ impl Studio {
         }
         let view = opened.loaded.view_from(&camera)?;
         let products = renderer.render(&view, &plan, &request.settings, job)?;
-        let shown = Shown {
+        Ok(Shown {
             products: Arc::new(products),
             ms: start.elapsed().as_secs_f64() * 1e3,
             request,
-        };
+        })
+    }
+
+    fn render(&mut self, request: Request, job: &Job) -> Result<Event, Error> {
+        let shown = self.frame(request, job)?;
         self.last = Some(shown.clone());
         let layer = Layer::new(&shown, shown.request.buffer);
         Ok(Event::Shown(Box::new(shown), layer))
+    }
+
+    fn compare(&self, frames: &(Shown, Shown, Buffer)) -> Result<Event, Error> {
+        let opened = self.opened.as_ref().ok_or(Error::Cancelled)?;
+        let (frame, with, buffer) = frames;
+        let origin = opened.loaded.surfels.origin;
+        let comparison = Comparison::new(frame, with, *buffer, origin)?;
+        Ok(Event::Compared(Box::new(comparison)))
     }
 
     fn paint(&mut self, buffer: Buffer) -> Result<Event, Error> {

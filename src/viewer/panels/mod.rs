@@ -1,5 +1,6 @@
 //! What stands around the picture.
 
+mod compare;
 mod export;
 mod help;
 mod look;
@@ -100,6 +101,8 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
             .show(ui, |ui| {
                 egui::ScrollArea::vertical().show(ui, |ui| {
                     look::show(viewer, ui);
+                    ui.separator();
+                    compare::show(viewer, ui);
                     ui.separator();
                     numbers::show(viewer, ui);
                 });

@@ -6,8 +6,11 @@ use egui_plot::{Bar, BarChart, Plot};
 
 use crate::viewer::app::Viewer;
 
+/// Room for so many frames, at least.
+const BARS: u32 = 12;
+
 pub(super) fn show(viewer: &Viewer, ui: &mut egui::Ui) {
-    ui.heading("Mirrors");
+    ui.heading("Numbers");
     let bounces = viewer
         .shown
         .as_ref()
@@ -87,6 +90,9 @@ fn times(viewer: &Viewer, ui: &mut egui::Ui) {
         .allow_zoom(false)
         .allow_scroll(false)
         .show_grid(false)
+        .show_axes([false, true])
+        .include_x(0.0)
+        .include_x(f64::from(BARS))
         .y_axis_label("ms")
         .show(ui, |plot| {
             for chart in charts {

@@ -6,6 +6,9 @@ use toml::Value;
 
 use crate::viewer::app::Viewer;
 
+/// Width of a slider, points.
+const SLIDER: f32 = 64.0;
+
 /// What each group is about.
 const GROUPS: [(&str, &str); 7] = [
     ("splat", "Points"),
@@ -17,8 +20,15 @@ const GROUPS: [(&str, &str); 7] = [
     ("image", "Picture"),
 ];
 
+/// A name, what it changes, and the settings with their values as TOML.
+type Preset = (
+    &'static str,
+    &'static str,
+    &'static [(&'static str, &'static str)],
+);
+
 /// Names for settings that belong together, each with what it changes.
-const PRESETS: [(&str, &str, &[(&str, &str)]); 4] = [
+const PRESETS: [Preset; 4] = [
     ("Defaults", "Every setting as it is by default", &[]),
     (
         "Fast",
@@ -132,6 +142,7 @@ fn row(ui: &mut egui::Ui, setting: &Description, settings: &Settings) -> Option<
     let name = setting.key.split_once('.').map_or("", |(_, name)| name);
     let differs = value != setting.default;
     let mut chosen = None;
+    ui.spacing_mut().slider_width = SLIDER;
     ui.horizontal(|ui| {
         let mut text = RichText::new(name.replace('_', " "));
         if differs {
