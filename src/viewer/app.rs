@@ -15,9 +15,11 @@ use glam::{DVec3, UVec2};
 use super::Start;
 use super::buffers::{Buffer, Probe};
 use super::history::{self, History};
+use super::letters::{Event, Export, Layer, Opened, Opening, Request, Shown};
 use super::navigation::Navigator;
 use super::pace::{Detail, Pace};
-use super::worker::{Event, Export, Layer, Opened, Opening, Request, Shown, Worker};
+use super::second::Second;
+use super::worker::Worker;
 
 /// What a frame may take while the camera moves, milliseconds.
 const BUDGET_MS: f64 = 60.0;
@@ -28,22 +30,10 @@ const REST: Duration = Duration::from_millis(150);
 /// Frames whose times are kept.
 const KEPT: usize = 60;
 
-/// Settings that are compared with those of the picture, in the same view.
-pub(super) struct Second {
-    /// For people.
-    pub(super) name: String,
-    pub(super) settings: Settings,
-    /// The last frame with them.
-    shown: Option<Shown>,
-    pub(super) texture: Option<egui::TextureHandle>,
-    pub(super) difference: Option<egui::TextureHandle>,
-    pub(super) lines: Vec<(&'static str, String)>,
-}
-
 /// Everything that the window shows.
 pub(super) struct Viewer {
     pub(super) start: Start,
-    worker: Worker,
+    pub(super) worker: Worker,
     chosen: (Sender<PathBuf>, Receiver<PathBuf>),
     pub(super) opened: Option<Opened>,
     pub(super) history: History,
@@ -73,10 +63,10 @@ pub(super) struct Viewer {
     /// Whether the view has changed since the last request.
     dirty: bool,
     moved_at: Instant,
-    number: u64,
+    pub(super) number: u64,
     under_way: Option<(u64, Detail)>,
     /// Whether what is shown is all there is of the view.
-    complete: bool,
+    pub(super) complete: bool,
 }
 
 impl Viewer {
@@ -199,72 +189,6 @@ impl Viewer {
         self.dirty = true;
         self.complete = false;
         self.moved_at = Instant::now();
-    }
-
-    /// Compares what is shown with the same view under these settings, from now on.
-    pub(super) fn compare_with(&mut self, name: &str, settings: Settings) {
-        self.second = Some(Second {
-            name: name.to_owned(),
-            settings,
-            shown: None,
-            texture: None,
-            difference: None,
-            lines: Vec::new(),
-        });
-        self.compare();
-    }
-
-    /// Asks for what the comparison lacks: the other frame of this view, or how the two compare.
-    fn compare(&mut self) {
-        let (Some(second), Some(shown)) = (&self.second, &self.shown) else {
-            return;
-        };
-        if shown.request.detail != Detail::FULL || !self.complete {
-            return;
-        }
-        let same = |other: &&Shown| {
-            other.request.camera == shown.request.camera
-                && other.request.settings == second.settings
-        };
-        match second.shown.as_ref().filter(same) {
-            Some(with) => self
-                .worker
-                .compare(shown.clone(), with.clone(), self.buffer),
-            None => {
-                self.number += 1;
-                self.worker.second(Request {
-                    number: self.number,
-                    settings: second.settings.clone(),
-                    ..shown.request.clone()
-                });
-            }
-        }
-    }
-
-    /// What the comparison gave, if it is of the frame that is shown.
-    fn put_comparison(
-        &mut self,
-        comparison: super::comparison::Comparison,
-        context: &egui::Context,
-    ) {
-        let [number, with] = comparison.numbers;
-        let shown = self
-            .shown
-            .as_ref()
-            .is_some_and(|s| s.request.number == number);
-        let Some(second) = self.second.as_mut().filter(|second| {
-            shown && (second.shown.as_ref()).is_some_and(|s| s.request.number == with)
-        }) else {
-            return;
-        };
-        if comparison.with.buffer != self.buffer {
-            return;
-        }
-        let options = egui::TextureOptions::LINEAR;
-        second.texture = Some(context.load_texture("second", comparison.with.image, options));
-        let difference = comparison.difference;
-        second.difference = Some(context.load_texture("difference", difference, options));
-        second.lines = comparison.lines;
     }
 
     /// Shows another layer.

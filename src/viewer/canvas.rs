@@ -4,9 +4,10 @@ use catoptric::camera::Pinhole;
 use eframe::egui::{self, Color32, Key, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::{DVec2, DVec3, UVec2};
 
-use super::app::{Second, Viewer};
+use super::app::Viewer;
 use super::buffers::Probe;
 use super::navigation::Navigator;
+use super::second::Second;
 
 /// Turn of a drag across the picture's height, radians.
 const TURN: f64 = 2.5;

@@ -6,7 +6,7 @@ use eframe::egui::{Color32, ColorImage};
 use glam::DVec3;
 
 use super::buffers::Buffer;
-use super::worker::{Layer, Shown};
+use super::letters::{Layer, Shown};
 
 /// How much brighter differences are shown than they are.
 const DIFFERENCE: u8 = 4;

@@ -1,6 +1,7 @@
 //! The viewer: people look at scans with mirrors, and tune the search while they watch.
 //!
-//! The interface runs in one thread and never waits. Everything long runs in another (`worker`), which tells by events.
+//! The interface runs in one thread and never waits. Everything long runs in another (`worker`,
+//! `studio`), which tells by events (`letters`).
 //! What is pure is apart, and tested without a window: how the camera moves (`navigation`), how much is drawn while it
 //! does (`pace`), layers in colours (`buffers`), undo and the command line (`history`).
 
@@ -9,9 +10,12 @@ mod buffers;
 mod canvas;
 mod comparison;
 mod history;
+mod letters;
 mod navigation;
 mod pace;
 mod panels;
+mod second;
+mod studio;
 mod worker;
 
 #[cfg(test)]

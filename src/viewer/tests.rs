@@ -71,7 +71,7 @@ fn until(window: &mut Harness<'_, Viewer>, what: &str, holds: impl Fn(&Viewer) -
 }
 
 fn is_at_rest(viewer: &Viewer) -> bool {
-    let full = |s: &super::worker::Shown| {
+    let full = |s: &super::letters::Shown| {
         s.request.detail == Detail::FULL && s.request.settings == *viewer.settings()
     };
     viewer.shown.as_ref().is_some_and(full) && !viewer.is_busy()
@@ -208,7 +208,7 @@ fn what_is_exported_is_what_the_command_line_renders() {
         ..window.state().camera()
     };
     let picture = folder.join("viewer.png");
-    let export = super::worker::Export {
+    let export = super::letters::Export {
         camera,
         settings: window.state().settings().clone(),
         picture: Some(picture.clone()),

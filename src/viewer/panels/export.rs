@@ -8,7 +8,7 @@ use glam::UVec2;
 
 use crate::viewer::app::Viewer;
 use crate::viewer::history::quoted;
-use crate::viewer::worker::Export;
+use crate::viewer::letters::Export;
 
 /// What is to be written.
 #[derive(Debug, Clone)]

@@ -1,0 +1,113 @@
+//! What the interface and the rendering thread write to each other.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use catoptric::Progress;
+use catoptric::camera::Camera;
+use catoptric::renderer::Products;
+use catoptric::scene::{LoadedScene, Override, Scene};
+use catoptric::settings::Settings;
+use eframe::egui::ColorImage;
+
+use super::buffers::Buffer;
+use super::comparison::Comparison;
+use super::pace::Detail;
+
+/// What to open.
+#[derive(Debug, Clone)]
+pub(super) struct Opening {
+    pub(super) path: PathBuf,
+    pub(super) overrides: Vec<Override>,
+}
+
+/// What to render.
+#[derive(Debug, Clone)]
+pub(super) struct Request {
+    /// Counted up by who asks.
+    pub(super) number: u64,
+    /// The layer to paint.
+    pub(super) buffer: Buffer,
+    pub(super) camera: Camera,
+    pub(super) settings: Settings,
+    pub(super) detail: Detail,
+}
+
+/// What to write: any of these files.
+#[derive(Debug, Clone)]
+pub(super) struct Export {
+    pub(super) camera: Camera,
+    pub(super) settings: Settings,
+    pub(super) picture: Option<PathBuf>,
+    pub(super) gbuffer: Option<PathBuf>,
+    pub(super) mirror_gbuffer: Option<PathBuf>,
+    pub(super) camera_json: Option<PathBuf>,
+}
+
+/// A scene that is open.
+#[derive(Debug, Clone)]
+pub(super) struct Opened {
+    pub(super) path: PathBuf,
+    pub(super) scene: Scene,
+    pub(super) loaded: Arc<LoadedScene>,
+    pub(super) backend: &'static str,
+    pub(super) adapter: Option<String>,
+}
+
+/// A frame, as it was asked for.
+#[derive(Clone)]
+pub(super) struct Shown {
+    pub(super) request: Request,
+    pub(super) products: Arc<Products>,
+    /// From the request's beginning to its end, milliseconds.
+    pub(super) ms: f64,
+}
+
+/// A layer of a frame, in colours.
+pub(super) struct Layer {
+    pub(super) buffer: Buffer,
+    pub(super) image: ColorImage,
+    /// What the darkest and the brightest colour stand for.
+    pub(super) scale: Option<(f32, f32)>,
+}
+
+impl Layer {
+    pub(super) fn new(shown: &Shown, buffer: Buffer) -> Self {
+        let painted = buffer.paint(&shown.products, &shown.request.settings.image);
+        let size = painted.picture.size().as_usizevec2().to_array();
+        let bytes = painted.picture.values().as_flattened();
+        Self {
+            buffer,
+            image: ColorImage::from_rgba_unmultiplied(size, bytes),
+            scale: painted.scale,
+        }
+    }
+}
+
+/// What the thread tells.
+pub(super) enum Event {
+    Progress(Progress),
+    Opened(Box<Opened>),
+    Shown(Box<Shown>, Layer),
+    /// Another layer of the frame that is shown.
+    Painted(Layer),
+    /// A frame to compare with the one that is shown.
+    Second(Box<Shown>),
+    /// How the two compare.
+    Compared(Box<Comparison>),
+    Exported(Vec<PathBuf>),
+    /// The number of the request, where it was one, and a sentence for the person.
+    Failed(Option<u64>, String),
+    /// What was begun was stopped.
+    Stopped(Option<u64>),
+}
+
+/// What the thread does.
+pub(super) enum Task {
+    Open(Opening),
+    Export(Export),
+    Render(Request),
+    Paint(Buffer),
+    Second(Request),
+    Compare(Box<(Shown, Shown, Buffer)>),
+}
