@@ -50,6 +50,8 @@ mod support;
 mod trends;
 mod truth;
 mod twins;
+#[cfg(feature = "viewer")]
+mod window;
 
 use libtest_mimic::Arguments;
 
@@ -87,6 +89,8 @@ fn main() {
         trends::tests(),
         truth::tests(),
         twins::tests(),
+        #[cfg(feature = "viewer")]
+        window::tests(),
     ]
     .into_iter()
     .flatten()

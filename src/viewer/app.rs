@@ -399,14 +399,13 @@ impl Viewer {
     }
 
     fn request(&mut self, detail: Detail, moving: bool) {
-        let mut settings = self.settings().clone();
-        if moving {
-            // Indirect light comes when the camera rests.
-            settings.gi.vpl_count = 0;
-            if detail == Detail::FULL && self.settings().gi.vpl_count == 0 {
-                self.complete = true;
-            }
-        }
+        let settings = if moving {
+            detail.settings(self.settings())
+        } else {
+            self.settings().clone()
+        };
+        // Nothing was left out: there is nothing to come.
+        self.complete |= detail == Detail::FULL && settings == *self.settings();
         self.number += 1;
         self.under_way = Some((self.number, detail));
         self.worker.render(Request {

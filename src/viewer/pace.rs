@@ -3,11 +3,15 @@
 use std::sync::Arc;
 
 use catoptric::cloud::{Place, Surfels};
+use catoptric::settings::Settings;
 use glam::UVec2;
 
 /// Fewer points than this are not worth leaving out, and more levels than this are not there.
 const FEWEST: usize = 1 << 14;
 const COARSEST: u32 = 12;
+
+/// Shadow maps are not made smaller than this, pixels.
+const SMALLEST_MAP: u32 = 128;
 
 /// A level of detail: every second one has half the points, every other half the width and height as well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -22,11 +26,23 @@ impl Detail {
         (all >> self.0).max(FEWEST).min(all)
     }
 
+    /// How often width and height are halved.
+    fn halvings(self) -> u32 {
+        (self.0 / 2).min(2)
+    }
+
+    /// These settings for a frame that is soon done: no indirect light, and shadows as coarse as the picture.
+    pub(super) fn settings(self, settings: &Settings) -> Settings {
+        let mut quick = settings.clone();
+        quick.gi.vpl_count = 0;
+        let map = (quick.gi.light_map_size >> self.halvings()).max(SMALLEST_MAP);
+        quick.gi.light_map_size = map.min(settings.gi.light_map_size);
+        quick
+    }
+
     /// Size of the picture that is drawn for one of `size`.
     pub(super) fn size(self, size: UVec2) -> UVec2 {
-        (size >> (self.0 / 2).min(3))
-            .max(UVec2::splat(32))
-            .min(size)
+        (size >> self.halvings()).max(UVec2::splat(32)).min(size)
     }
 
     /// The first points of a cloud, which is shuffled, enlarged so that they stay as closed.
