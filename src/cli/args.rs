@@ -147,11 +147,32 @@ pub(super) struct ViewArgs {
 #[cfg(feature = "viewer")]
 #[derive(Debug, Args)]
 pub(super) struct ViewerArgs {
-    #[command(flatten)]
-    pub(super) scene: Option<SceneArgs>,
+    /// A scene (.toml) or a point cloud; without one the window asks.
+    #[arg(value_name = "SCENE|CLOUD")]
+    path: Option<PathBuf>,
+
+    /// The triangle mesh (PLY with faces) of a scene that is generated from one.
+    #[arg(long, value_name = "FILE.ply", requires = "path")]
+    mesh: Option<PathBuf>,
+
+    /// Takes the place of a setting or of a key of the scene, as in `catoptric render`. May be given several times.
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "path")]
+    set: Vec<String>,
 
     #[command(flatten)]
     pub(super) place: WhereArgs,
+}
+
+#[cfg(feature = "viewer")]
+impl ViewerArgs {
+    /// The scene with what is said on top of it.
+    pub(super) fn scene(&self) -> Option<SceneArgs> {
+        Some(SceneArgs {
+            path: self.path.clone()?,
+            mesh: self.mesh.clone(),
+            set: self.set.clone(),
+        })
+    }
 }
 
 /// Tell what is in a scene or a cloud: counts, bounds, fields, and what would run and why.

@@ -6,15 +6,15 @@ use crate::viewer::{Start, run};
 /// Opens the window.
 pub(super) fn view(args: &ViewerArgs) -> anyhow::Result<()> {
     let choice = args.place.choice()?;
-    let start = match &args.scene {
+    let start = match args.scene() {
         None => Start {
             choice,
             ..Start::default()
         },
         Some(scene) => Start {
-            path: Some(scene.path.clone()),
             overrides: scene.overrides(&ViewArgs::default())?,
             given: scene.given().to_vec(),
+            path: Some(scene.path),
             choice,
         },
     };
