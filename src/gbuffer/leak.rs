@@ -20,7 +20,7 @@ pub const LEAK_REACH: i32 = 4;
 
 /// Widest gap that points of a surface leave between their discs, in their spacings. An empty circle 2 x 1.43 spacings
 /// wider is needed for it: one pixel in three million shows the middle of a gap of 1.5.
-pub const LEAK_SPACINGS: f32 = 1.5;
+pub const LEAK_SPACINGS: f32 = 2.0;
 
 /// A nearer pixel in one direction.
 #[derive(Debug, Clone, Copy)]
