@@ -15,11 +15,12 @@ use crate::job::Job;
 /// In so many of the eight directions there must be one nearer surface: a gap between two things has fewer.
 pub const LEAK_NEIGHBOURS: usize = 7;
 
-/// Pixels that a search for the nearer surface goes in each direction; cost grows with it.
+/// Pixels that a search for the nearer surface goes in each direction: gaps as wide as that are found as a whole. Cost
+/// grows with it, and wider ones are not closed in three rings.
 pub const LEAK_REACH: i32 = 4;
 
-/// Widest gap that points of a surface leave between their discs, in their spacings. An empty circle 2 x 1.43 spacings
-/// wider is needed for it: one pixel in three million shows the middle of a gap of 1.5.
+/// Widest gap that points of a surface leave between their discs, in their spacings. The middle of one needs a circle
+/// 2.43 spacings in radius without any point: of random points, one place in a hundred million.
 pub const LEAK_SPACINGS: f32 = 2.0;
 
 /// A nearer pixel in one direction.
@@ -31,20 +32,22 @@ struct Edge {
     spacing: f32,
 }
 
-/// The first pixel from column `x`, row `y` along `step` that is nearer than `depth` by more than the tolerance, and how
-/// far it is.
-fn edge(
-    gbuffer: &GBuffer<Cpu>,
-    (x, y): (i32, i32),
-    step: (i32, i32),
-    depth: f32,
-) -> Option<(Pixel, Edge)> {
-    (1..=LEAK_REACH).find_map(|steps| {
-        let pixel = gbuffer.at(x + steps * step.0, y + steps * step.1)?;
-        let (its_depth, radius) = (pixel.surface.w, pixel.material.z);
-        let spacing = radius * gbuffer.pinhole.focal / its_depth;
-        (its_depth + AGREE_SPACINGS * radius < depth).then_some((pixel, Edge { steps, spacing }))
-    })
+/// The first pixel from column `x`, row `y` along `step` that is nearer than `depth` by more than the tolerance.
+fn edge(gbuffer: &GBuffer<Cpu>, (x, y): (i32, i32), step: (i32, i32), depth: f32) -> Option<Edge> {
+    for steps in 1..=LEAK_REACH {
+        let u = usize::try_from(x + steps * step.0).ok()?;
+        let v = usize::try_from(y + steps * step.1).ok()?;
+        // Empty pixels have depth 0.
+        let its_depth = gbuffer.surface.get(u, v)?.w;
+        if its_depth > 0.0 && its_depth < depth {
+            let radius = gbuffer.material.get(u, v)?.z;
+            if its_depth + AGREE_SPACINGS * radius < depth {
+                let spacing = radius * gbuffer.pinhole.focal / its_depth;
+                return Some(Edge { steps, spacing });
+            }
+        }
+    }
+    None
 }
 
 /// Whether the gap between two edges, in opposite directions along `step`, is one that points leave.
@@ -60,26 +63,32 @@ fn leaks(gbuffer: &GBuffer<Cpu>, x: i32, y: i32) -> bool {
         return false;
     };
     let depth = own.surface.w;
+    // Few pixels have nearer ones all around: only they are worth the vote.
     let mut edges = [None; 8];
-    let mut seen = Neighbours::default();
-    for (i, step) in NEIGHBOURS.into_iter().enumerate() {
-        if let Some((pixel, edge)) = edge(gbuffer, (x, y), step, depth) {
-            let at = (x + edge.steps * step.0, y + edge.steps * step.1);
-            seen.push(neighbour(gbuffer, pixel, at, (x, y)));
-            edges[i] = Some(edge);
-        }
-        // Few pixels have nearer ones all around: only they are worth the vote.
-        if seen.as_slice().len() + NEIGHBOURS.len() < LEAK_NEIGHBOURS + i + 1 {
+    let mut missing = 0;
+    for (found, step) in edges.iter_mut().zip(NEIGHBOURS) {
+        *found = edge(gbuffer, (x, y), step, depth);
+        missing += usize::from(found.is_none());
+        if missing + LEAK_NEIGHBOURS > NEIGHBOURS.len() {
             return false;
         }
     }
     let direct = edges.iter().flatten().filter(|e| e.steps == 1).count();
     // Opposite directions are as far from either end.
-    let all_narrow = (0..4).all(|i| {
-        (edges[i].zip(edges[7 - i])).is_some_and(|(a, b)| narrow(a, b, NEIGHBOURS[i]))
-    });
+    let all_narrow = (0..4)
+        .all(|i| (edges[i].zip(edges[7 - i])).is_some_and(|(a, b)| narrow(a, b, NEIGHBOURS[i])));
     if direct < LEAK_NEIGHBOURS && !all_narrow {
         return false;
+    }
+    let mut seen = Neighbours::default();
+    for (edge, step) in edges.iter().zip(NEIGHBOURS) {
+        let Some(Edge { steps, .. }) = edge else {
+            continue;
+        };
+        let at = (x + steps * step.0, y + steps * step.1);
+        if let Some(pixel) = gbuffer.at(at.0, at.1) {
+            seen.push(neighbour(gbuffer, pixel, at, (x, y)));
+        }
     }
     let (chosen, votes) = vote(seen.as_slice());
     votes >= LEAK_NEIGHBOURS && chosen.depth + AGREE_SPACINGS * chosen.pixel.material.z < depth
