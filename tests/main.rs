@@ -25,6 +25,7 @@ mod guided;
 mod hostile;
 mod ideal;
 mod indirect;
+mod leaks;
 mod limits;
 mod measured;
 mod mesh;
@@ -68,6 +69,7 @@ fn main() {
         guided::tests(),
         hostile::tests(),
         indirect::tests(),
+        leaks::tests(),
         limits::tests(),
         measured::tests(),
         mesh::tests(),

@@ -20,6 +20,13 @@ struct Neighbours {
     existing: u32,  // that lie in the picture
 }
 
+// The pixel at `at`, as the one whose ray is `towards` takes it for its neighbour.
+fn neighbour(pinhole: Pinhole, pixel: u32, at: vec2u, towards: vec3f) -> Neighbour {
+    let plane = surface[pixel];
+    let depth = plane_depth(plane.xyz, direction_of(pinhole, at.x, at.y), plane.w, towards);
+    return Neighbour(pixel, depth, material[pixel].z, albedo[pixel].w > 0.0);
+}
+
 // The neighbours of column `x`, row `y` whose validity is `lowest` to `highest`.
 fn neighbours(pinhole: Pinhole, first_pixel: u32, x: u32, y: u32, lowest: f32, highest: f32) -> Neighbours {
     var seen: Neighbours;
@@ -32,14 +39,11 @@ fn neighbours(pinhole: Pinhole, first_pixel: u32, x: u32, y: u32, lowest: f32, h
         }
         seen.existing++;
         let pixel = u32(v) * pinhole.size.x + u32(u) - first_pixel;
-        let its = material[pixel];
-        if !(its.w >= lowest && its.w <= highest) {
+        let validity = material[pixel].w;
+        if !(validity >= lowest && validity <= highest) {
             continue;
         }
-        let plane = surface[pixel];
-        let direction = direction_of(pinhole, u32(u), u32(v));
-        let depth = plane_depth(plane.xyz, direction, plane.w, towards);
-        seen.all[seen.count] = Neighbour(pixel, depth, its.z, albedo[pixel].w > 0.0);
+        seen.all[seen.count] = neighbour(pinhole, pixel, vec2u(u32(u), u32(v)), towards);
         seen.count++;
     }
     return seen;

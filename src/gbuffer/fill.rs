@@ -66,19 +66,37 @@ impl Neighbours {
     pub fn as_slice(&self) -> &[Neighbour] {
         &self.all[..self.count]
     }
+
+    /// Adds one; there are eight at most.
+    pub(super) fn push(&mut self, neighbour: Neighbour) {
+        self.all[self.count] = neighbour;
+        self.count += 1;
+    }
+}
+
+/// The pixel at column and row `at`, as the one at `of` takes it for its neighbour.
+pub(super) fn neighbour(
+    gbuffer: &GBuffer<Cpu>,
+    pixel: Pixel,
+    at: (i32, i32),
+    of: (i32, i32),
+) -> Neighbour {
+    let depth = plane_depth(
+        pixel.surface.truncate(),
+        gbuffer.direction(at.0, at.1),
+        pixel.surface.w,
+        gbuffer.direction(of.0, of.1),
+    );
+    Neighbour { pixel, depth }
 }
 
 /// The neighbours of column `x`, row `y` that were valid before ring `ring`.
 pub fn neighbours(gbuffer: &GBuffer<Cpu>, ring: u32, x: i32, y: i32) -> Neighbours {
-    let towards = gbuffer.direction(x, y);
     let mut seen = Neighbours::default();
     for (dx, dy) in NEIGHBOURS {
-        let (u, v) = (x + dx, y + dy);
-        if let Some(pixel) = gbuffer.at(u, v).filter(|p| p.material.w <= ring as f32) {
-            let normal = pixel.surface.truncate();
-            let depth = plane_depth(normal, gbuffer.direction(u, v), pixel.surface.w, towards);
-            seen.all[seen.count] = Neighbour { pixel, depth };
-            seen.count += 1;
+        let at = (x + dx, y + dy);
+        if let Some(pixel) = (gbuffer.at(at.0, at.1)).filter(|p| p.material.w <= ring as f32) {
+            seen.push(neighbour(gbuffer, pixel, at, (x, y)));
         }
     }
     seen
@@ -151,7 +169,7 @@ fn fill_pixel(gbuffer: &GBuffer<Cpu>, ring: u32, x: i32, y: i32) -> Option<Pixel
 pub fn fill(gbuffer: &mut GBuffer<Cpu>, settings: &SplatSettings, job: &Job) -> Result<()> {
     let width = gbuffer.material.width();
     for ring in 1..=settings.fill {
-        leak(gbuffer, ring, job);
+        leak(gbuffer, job);
         job.check()?;
         let filled: Vec<(usize, Pixel)> = (gbuffer.material.values().par_iter().enumerate())
             .filter(|(_, m)| m.w == 0.0 && !job.is_cancelled())

@@ -32,8 +32,8 @@ settings_group! {
         size: f32 = 1.5, 0.1..=16.0, "x radius";
         /// Depth by which a surfel may lie behind the nearest of its pixel and still be blended.
         depth_tolerance: f32 = 2.0, 0.0..=100.0, "x radius";
-        /// How often holes are filled from the plane of their neighbours; each time closes one ring of pixels. Single pixels
-        /// through which the background leaks count as holes. 0 leaves both.
+        /// How often holes are filled from the plane of their neighbours; each time closes one ring of pixels. Gaps of up
+        /// to two spacings through which the background leaks count as holes. 0 leaves both.
         fill: u32 = 3, 0..=16, "rings";
         /// Width of the joint bilateral Gaussian over the normals and depths of mirrors; 0 leaves them as splatted. What a curved mirror shows depends on its normals: 1.5 brings their median error from 0.19 to 0.07 degrees on the
         /// sphere scene; more flattens silhouettes. Cost grows with its square and with the mirrors' pixels.

@@ -186,14 +186,20 @@ pub(super) fn filling_agrees_and_counts_the_same_pixels() {
             &Job::default(),
         )
         .expect("a G-buffer");
-    // What lies far behind its neighbours is a leak; of two side by side none is.
-    let size = expected.size();
-    for pixel in [(10, 8), (11, 30), (40, 8), (41, 8), (0, 0)] {
-        let index = pixel.1 * size.x as usize + pixel.0;
+    // What lies far behind its neighbours is a leak, also two pixels by two; six by six are a hole.
+    let width = expected.size().x as usize;
+    let square = |x: usize, y: usize, side: usize| {
+        (0..side * side).map(move |i| (y + i / side) * width + x + i % side)
+    };
+    let alone = [(10, 8), (11, 30), (40, 8), (0, 0)].map(|(x, y)| y * width + x);
+    for index in (alone.into_iter())
+        .chain(square(25, 8, 2))
+        .chain(square(45, 4, 6))
+    {
         expected.surface.values_mut()[index].w *= 4.0;
     }
     let mut got = bring_gbuffer(gpu, &expected);
-    let before = expected.material.clone();
+    let before: Vec<f32> = (expected.material.values().iter()).map(|m| m.w).collect();
     let job = Job::default();
     cpu.fill(&mut expected, &settings, &job).expect("filled");
     let counted = cpu.coverage(&expected, &job).expect("counted");
@@ -201,10 +207,19 @@ pub(super) fn filling_agrees_and_counts_the_same_pixels() {
         counted.filled > counted.splatted,
         "there are holes to fill: {counted:?}"
     );
-    let leaks = (before.values().iter().zip(expected.material.values()))
-        .filter(|(before, after)| before.w == 1.0 && after.w != 1.0)
+    let leaks = (before.iter().zip(expected.material.values()))
+        .filter(|(before, after)| **before == 1.0 && after.w != 1.0)
         .count();
     assert!(leaks > 0, "there are leaks to close");
+    let shown = |index: usize| (before[index], expected.material.values()[index].w);
+    assert!(
+        square(25, 8, 2).all(|i| shown(i).0 != 1.0 || shown(i).1 > 1.0),
+        "a leak of two by two closes"
+    );
+    assert!(
+        square(47, 6, 2).all(|i| shown(i).0 != 1.0 || shown(i).1 == 1.0),
+        "the middle of a hole stays"
+    );
     gpu.fill(&mut got, &settings, &job).expect("filled");
     assert_eq!(
         gpu.coverage(&got, &job).expect("counted"),

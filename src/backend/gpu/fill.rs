@@ -10,6 +10,7 @@ use super::shaders::{COVERAGE, FILL, LEAK};
 use super::windows::{Need, Window, windows};
 use crate::camera::Pinhole;
 use crate::error::{Error, Result};
+use crate::gbuffer::leak::LEAK_REACH;
 use crate::gbuffer::{Coverage, GBuffer, SplatSettings};
 use crate::job::Job;
 
@@ -43,7 +44,7 @@ gpu_struct! {
 
 /// What one pixel of either pass needs.
 const NEED: Need = Need {
-    halo: 1,
+    halo: LEAK_REACH as u32,
     bytes: 16,
     steps: 64,
 };

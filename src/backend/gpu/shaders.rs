@@ -23,7 +23,7 @@ use crate::camera::Pinhole;
 use crate::cloud::SHININESS_LOG_RANGE;
 use crate::gbuffer::disc::{BOUNDS_SLACK, EDGE_ON_COSINE_SQUARED, MAX_TOLERANCE_SLOPE, RIM};
 use crate::gbuffer::fill::{AGREE_SPACINGS, MIN_NEIGHBOURS};
-use crate::gbuffer::leak::LEAK_NEIGHBOURS;
+use crate::gbuffer::leak::{LEAK_NEIGHBOURS, LEAK_REACH, LEAK_SPACINGS};
 use crate::gbuffer::smooth::{DEPTH_SPACINGS, NORMAL_DIFFERENCE};
 use crate::gi::add_indirect::MIN_LUMINANCE;
 use crate::gi::gather::RESIDUAL_SOFTENING;
@@ -143,8 +143,8 @@ shader! {
     FILL = "fill", &[PIXEL, AGREE, ("MIN_NEIGHBOURS", MIN_NEIGHBOURS as f64)]
 }
 shader! {
-    /// Marks single pixels through which the background shows.
-    LEAK = "leak", &[PIXEL, AGREE, ("LEAK_NEIGHBOURS", LEAK_NEIGHBOURS as f64)]
+    /// Marks gaps through which the background shows.
+    LEAK = "leak", &[PIXEL, AGREE, ("LEAK_NEIGHBOURS", LEAK_NEIGHBOURS as f64), ("LEAK_REACH", LEAK_REACH as f64), ("LEAK_SPACINGS", LEAK_SPACINGS as f64)]
 }
 shader! {
     /// Counts the pixels that show something.
