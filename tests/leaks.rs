@@ -35,7 +35,7 @@ pub(crate) fn tests() -> Vec<Trial> {
 /// Between the plate's points, metres.
 const SPACING: f32 = 0.02;
 
-/// Pixels of a side: the plate's points are 2.1 pixels apart.
+/// Pixels of a side: the plate's points are 2.1 pixels apart, so that a gap of two spacings is within the pass's reach.
 const SIDE: u32 = 140;
 
 /// The camera at 3 on the z axis, looking at the origin.
