@@ -18,8 +18,8 @@ use crate::support::claim;
 pub(crate) fn tests() -> Vec<Trial> {
     vec![
         claim(
-            "leaks::a_plate_of_random_points_lets_nothing_through",
-            a_plate_of_random_points_lets_nothing_through,
+            "leaks::a_plate_of_random_points_lets_one_leak_in_twenty_through_at_most",
+            a_plate_of_random_points_lets_one_leak_in_twenty_through_at_most,
         ),
         claim(
             "leaks::holes_of_two_spacings_close_and_holes_of_five_stay",
@@ -35,7 +35,7 @@ pub(crate) fn tests() -> Vec<Trial> {
 /// Between the plate's points, metres.
 const SPACING: f32 = 0.02;
 
-/// Pixels of a side: the plate's points are 2.1 pixels apart.
+/// Pixels of a side: the plate's points are 2.1 pixels apart, so that a gap of two spacings is within the pass's reach.
 const SIDE: u32 = 140;
 
 /// The camera at 3 on the z axis, looking at the origin.
@@ -139,7 +139,7 @@ fn at_holes_and_elsewhere(seen: &GBuffer<Cpu>, diameter: f32) -> [usize; 2] {
 
 const SEEDS: std::ops::Range<u64> = 0..4;
 
-fn a_plate_of_random_points_lets_nothing_through() {
+fn a_plate_of_random_points_lets_one_leak_in_twenty_through_at_most() {
     let (mut before, mut after) = (0, 0);
     for seed in SEEDS {
         let [splatted, filled] = seen(&plate(seed, SPACING, 0.0));
