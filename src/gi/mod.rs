@@ -13,6 +13,7 @@ pub mod light_close;
 mod mirror_light;
 pub mod photons;
 pub mod receivers;
+pub mod settle;
 pub mod shade;
 pub mod sky_map;
 pub mod vpl;
