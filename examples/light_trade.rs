@@ -45,9 +45,10 @@ const CAMERA: [&str; 7] = [
 ];
 
 /// Passes of indirect light.
-const LIGHT: [&str; 9] = [
+const LIGHT: [&str; 10] = [
     "receivers",
     "mirror_receivers",
+    "settle",
     "vpl",
     "ism",
     "gather",
