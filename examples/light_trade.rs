@@ -230,17 +230,19 @@ fn plot(path: &Path, title: &str, points: &[Point]) -> Result<(), Box<dyn Error>
     let area = SVGBackend::new(path, (560, 360)).into_drawing_area();
     area.fill(&WHITE)?;
     let times = points.iter().map(|p| p.time);
-    let (least, most) = times.fold((f64::INFINITY, 0f64), |(a, b), t| (a.min(t), b.max(t)));
+    let most = times.fold(0f64, f64::max);
     let errors = points.iter().flat_map(|p| &p.errors);
     let worst = errors.fold(0f64, |worst, e| worst.max(*e));
     let mut chart = ChartBuilder::on(&area)
-        .caption(title, ("sans-serif", 16))
+        .caption(title, ("sans-serif", 18))
         .margin(12)
         .x_label_area_size(40)
         .y_label_area_size(50)
-        .build_cartesian_2d((least * 0.8..most * 1.3).log_scale(), 0.0..worst * 1.15)?;
+        .build_cartesian_2d(0.0..most * 1.08, 0.0..worst * 1.15)?;
     chart
         .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .label_style(("sans-serif", 14))
         .x_desc("time of indirect light / time of the camera's G-buffer")
         .y_desc("error of blocks, %")
         .draw()?;
@@ -251,19 +253,22 @@ fn plot(path: &Path, title: &str, points: &[Point]) -> Result<(), Box<dyn Error>
         if known.is_empty() {
             continue;
         }
+        let above = [-0.03, 0.07][k];
         let line = known.iter().map(|(time, error, _)| (*time, *error));
         chart
             .draw_series(LineSeries::new(line, colour.stroke_width(2)).point_size(3))?
             .label(*name)
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 16, y)], colour));
         chart.draw_series(known.iter().map(|(time, error, value)| {
-            let place = (*time, *error + worst * 0.05);
-            Text::new(value.to_string(), place, ("sans-serif", 12).into_font())
+            // One series' values above it, the other's below.
+            let place = (*time, *error + worst * above);
+            Text::new(value.to_string(), place, ("sans-serif", 13).into_font())
         }))?;
     }
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::UpperRight)
+        .label_font(("sans-serif", 14))
         .background_style(WHITE.mix(0.8))
         .border_style(BLACK.mix(0.3))
         .draw()?;
