@@ -1,10 +1,11 @@
-//! What the settings of indirect light trade: `cargo run --release --example light_trade -- DIR` renders the sphere scene with the
-//! values of one setting after the other, writes a plot of error against time for each, and prints the figures as CSV. The plots
-//! of docs/METHOD.md are made by it.
+//! What the settings of indirect light trade: `cargo run --release --example light_trade -- DIR [SETTING]` renders the sphere
+//! scene with the values of one setting after the other, writes a plot of error against time for each, and prints the figures as
+//! CSV. The plots of docs/METHOD.md are made by it.
 //!
 //! Error is that of 16 x 16 blocks of the indirect light over its mean, on walls of one colour: against the light of the same
 //! program with 4096 lights that every pixel gathers, and against the independent renderer where `CATOPTRIC_TRUTH` names its
-//! folder. Time is that of all passes of indirect light over that of the camera's G-buffer in the same frame: the better of two.
+//! folder. Time is that of all passes of indirect light over that of the camera's G-buffer in the same frame. Each figure is the
+//! median of three clouds of the same scene, so that no luck with the points chooses a setting.
 
 #![expect(
     clippy::print_stdout,
@@ -19,7 +20,7 @@ use catoptric::frame::View;
 use catoptric::gi::GiSettings;
 use catoptric::plan::Plan;
 use catoptric::renderer::{BackendChoice, Products, Renderer};
-use catoptric::scene::{LoadedScene, Scene};
+use catoptric::scene::{LoadedScene, Override, Scene};
 use catoptric::settings::Settings;
 use glam::Vec3;
 use plotters::prelude::*;
@@ -29,8 +30,8 @@ const SIZE: (usize, usize) = (800, 600);
 /// Side of the blocks in which pictures are compared, pixels.
 const BLOCK: usize = 16;
 
-/// Frames of which the better time counts.
-const FRAMES: usize = 2;
+/// Seeds of the clouds of which the median counts.
+const SEEDS: [&str; 3] = ["1", "2", "3"];
 
 /// Passes that make the camera's G-buffer.
 const CAMERA: [&str; 7] = [
@@ -44,9 +45,10 @@ const CAMERA: [&str; 7] = [
 ];
 
 /// Passes of indirect light.
-const LIGHT: [&str; 9] = [
+const LIGHT: [&str; 10] = [
     "receivers",
     "mirror_receivers",
+    "settle",
     "vpl",
     "ism",
     "gather",
@@ -110,9 +112,10 @@ struct Room {
 }
 
 impl Room {
-    fn open() -> Result<Self, Box<dyn Error>> {
+    fn open(seed: &str) -> Result<Self, Box<dyn Error>> {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("pointclouds/sphere.toml");
-        let scene = Scene::open(&file, &[])?;
+        let seed = Override::new("cloud.0.seed", seed, "the example")?;
+        let scene = Scene::open(&file, &[seed])?;
         let loaded = scene.load(&Job::default())?;
         let mut room = Self {
             view: loaded.view()?,
@@ -135,6 +138,11 @@ impl Room {
         };
         room.counts = (0..SIZE.0 * SIZE.1).map(counts).collect();
         room.direct = colours(&products);
+        // Builds what later frames keep.
+        room.render(&GiSettings {
+            vpl_count: 16,
+            ..room.settings.gi.clone()
+        })?;
         Ok(room)
     }
 
@@ -148,25 +156,16 @@ impl Room {
     }
 
     /// Indirect light, and its time over that of the camera's G-buffer.
-    fn light(
-        &mut self,
-        gi: &GiSettings,
-        frames: usize,
-    ) -> Result<(Vec<Vec3>, f64), Box<dyn Error>> {
-        let (mut times, mut light) = (Vec::new(), Vec::new());
-        for _ in 0..frames {
-            let products = self.render(gi)?;
-            let of = |names: &[&str]| -> f64 {
-                let passes = products.passes.iter();
-                let named = passes.filter(|p| names.contains(&p.name.as_str()));
-                named.map(|p| p.wall_ms).sum()
-            };
-            times.push(of(&LIGHT) / of(&CAMERA));
-            let all = colours(&products);
-            light = all.iter().zip(&self.direct).map(|(a, d)| *a - *d).collect();
-        }
-        times.sort_by(f64::total_cmp);
-        Ok((light, times[0]))
+    fn light(&mut self, gi: &GiSettings) -> Result<(Vec<Vec3>, f64), Box<dyn Error>> {
+        let products = self.render(gi)?;
+        let of = |names: &[&str]| -> f64 {
+            let passes = products.passes.iter();
+            let named = passes.filter(|p| names.contains(&p.name.as_str()));
+            named.map(|p| p.wall_ms).sum()
+        };
+        let all = colours(&products);
+        let light = all.iter().zip(&self.direct).map(|(a, d)| *a - *d).collect();
+        Ok((light, of(&LIGHT) / of(&CAMERA)))
     }
 
     /// Mean error of blocks over the mean.
@@ -231,17 +230,19 @@ fn plot(path: &Path, title: &str, points: &[Point]) -> Result<(), Box<dyn Error>
     let area = SVGBackend::new(path, (560, 360)).into_drawing_area();
     area.fill(&WHITE)?;
     let times = points.iter().map(|p| p.time);
-    let (least, most) = times.fold((f64::INFINITY, 0f64), |(a, b), t| (a.min(t), b.max(t)));
+    let most = times.fold(0f64, f64::max);
     let errors = points.iter().flat_map(|p| &p.errors);
     let worst = errors.fold(0f64, |worst, e| worst.max(*e));
     let mut chart = ChartBuilder::on(&area)
-        .caption(title, ("sans-serif", 16))
+        .caption(title, ("sans-serif", 18))
         .margin(12)
         .x_label_area_size(40)
         .y_label_area_size(50)
-        .build_cartesian_2d((least * 0.8..most * 1.3).log_scale(), 0.0..worst * 1.15)?;
+        .build_cartesian_2d(0.0..most * 1.08, 0.0..worst * 1.15)?;
     chart
         .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .label_style(("sans-serif", 14))
         .x_desc("time of indirect light / time of the camera's G-buffer")
         .y_desc("error of blocks, %")
         .draw()?;
@@ -252,19 +253,22 @@ fn plot(path: &Path, title: &str, points: &[Point]) -> Result<(), Box<dyn Error>
         if known.is_empty() {
             continue;
         }
+        let above = [-0.03, 0.07][k];
         let line = known.iter().map(|(time, error, _)| (*time, *error));
         chart
             .draw_series(LineSeries::new(line, colour.stroke_width(2)).point_size(3))?
             .label(*name)
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 16, y)], colour));
         chart.draw_series(known.iter().map(|(time, error, value)| {
-            let place = (*time, *error + worst * 0.05);
-            Text::new(value.to_string(), place, ("sans-serif", 12).into_font())
+            // One series' values above it, the other's below.
+            let place = (*time, *error + worst * above);
+            Text::new(value.to_string(), place, ("sans-serif", 13).into_font())
         }))?;
     }
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::UpperRight)
+        .label_font(("sans-serif", 14))
         .background_style(WHITE.mix(0.8))
         .border_style(BLACK.mix(0.3))
         .draw()?;
@@ -272,26 +276,53 @@ fn plot(path: &Path, title: &str, points: &[Point]) -> Result<(), Box<dyn Error>
     Ok(())
 }
 
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// What these settings come to: medians of all clouds.
+fn measure(
+    rooms: &mut [Room],
+    references: &[Vec<Vec3>],
+    gi: &GiSettings,
+    value: u32,
+) -> Result<Point, Box<dyn Error>> {
+    let (mut times, mut errors) = (Vec::new(), Vec::new());
+    for room in rooms {
+        let (light, time) = room.light(gi)?;
+        let error = |reference| 100.0 * room.error(&light, reference);
+        errors.push(references.iter().map(|r| error(r)).collect::<Vec<_>>());
+        times.push(time);
+    }
+    let error = |k: usize| median(errors.iter().map(|e| e[k]));
+    Ok(Point {
+        value,
+        time: median(times.into_iter()),
+        errors: (0..references.len()).map(error).collect(),
+    })
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args_os()
-        .nth(1)
-        .map_or_else(PathBuf::new, PathBuf::from);
-    let mut room = Room::open()?;
+    let mut args = std::env::args().skip(1);
+    let folder = args.next().map_or_else(PathBuf::new, PathBuf::from);
+    let only = args.next();
+    let mut rooms = (SEEDS.iter().map(|seed| Room::open(seed))).collect::<Result<Vec<_>, _>>()?;
     let defaults = GiSettings::default();
-    // Builds what later frames keep, too.
-    let (converged, _) = room.light(
-        &GiSettings {
-            vpl_count: 4096,
-            interleave: 1,
-            ism_size: 128,
-            ism_points: 8000,
-            ..defaults.clone()
-        },
-        1,
-    )?;
+    let (converged, _) = rooms[0].light(&GiSettings {
+        vpl_count: 4096,
+        interleave: 1,
+        ism_size: 128,
+        ism_points: 8000,
+        ..defaults.clone()
+    })?;
     let references: Vec<_> = [Some(converged), truth()?].into_iter().flatten().collect();
     println!("setting,lights,value,time,error against converged,error against truth");
-    for knob in &KNOBS {
+    for knob in KNOBS
+        .iter()
+        .filter(|k| only.as_ref().is_none_or(|o| o == k.name))
+    {
         let mut points = Vec::new();
         for &value in knob.values {
             let mut gi = GiSettings {
@@ -299,22 +330,16 @@ fn main() -> Result<(), Box<dyn Error>> {
                 ..defaults.clone()
             };
             *(knob.set)(&mut gi) = value;
-            let (light, time) = room.light(&gi, FRAMES)?;
-            let errors: Vec<f64> = references
-                .iter()
-                .map(|reference| 100.0 * room.error(&light, reference))
-                .collect();
+            let point = measure(&mut rooms, &references, &gi, value)?;
+            let errors = point.errors.iter().map(|e| format!("{e:.2}"));
             println!(
-                "{},{},{value},{time:.3},{}",
+                "{},{},{value},{:.3},{}",
                 knob.name,
                 gi.vpl_count,
-                (errors.iter().map(|e| format!("{e:.2}")).collect::<Vec<_>>()).join(",")
+                point.time,
+                errors.collect::<Vec<_>>().join(",")
             );
-            points.push(Point {
-                value,
-                time,
-                errors,
-            });
+            points.push(point);
         }
         let name = format!("light_{}_{}", knob.name, knob.lights);
         let title = if knob.name == "vpl_count" {

@@ -142,7 +142,9 @@ pub fn frame<B: Backend>(
     if plan.runs(Stage::Indirect, true) {
         let mut receivers = vec![backend.receivers(&gbuffer, job)?];
         if let Some(mirror) = &mirror {
-            receivers.push(backend.mirror_receivers(mirror, job)?);
+            let mut shown = backend.mirror_receivers(mirror, job)?;
+            shown.position = backend.settle(&shown, &mirror.level, job)?;
+            receivers.push(shown);
         }
         let sources = IndirectSources {
             lights: &view.vpl_lights(),

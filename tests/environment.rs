@@ -67,8 +67,8 @@ pub(crate) fn tests() -> Vec<Trial> {
             a_closed_ball_is_dark_inside,
         ),
         claim(
-            "environment::contact_shadows_of_things_a_quarter_of_the_scene_wide_are_dark",
-            contact::contact_shadows_of_things_a_quarter_of_the_scene_wide_are_dark,
+            "environment::contact_shadows_of_things_an_eighth_of_the_scene_wide_are_dark",
+            contact::contact_shadows_of_things_an_eighth_of_the_scene_wide_are_dark,
         ),
         claim(
             "environment::nothing_shows_the_sky_unless_a_background_is_asked_for",

@@ -94,6 +94,10 @@ pub(crate) fn tests() -> Vec<Trial> {
             "bands_of_maps_do_not_show",
             indirect::bands_of_maps_do_not_show,
         ),
+        test(
+            "settled_positions_are_equal_to_the_last_bit",
+            indirect::settled_positions_are_equal_to_the_last_bit,
+        ),
         test("merging_agrees", indirect::merging_agrees),
         test("photons_agree", indirect::photons_agree),
         test(

@@ -21,7 +21,7 @@ use crate::gi::light_close::light_close;
 use crate::gi::photons::PhotonMap;
 use crate::gi::receivers::Receivers;
 use crate::gi::vpl::Vpl;
-use crate::gi::{GiSettings, gather, ism, photons, shade};
+use crate::gi::{GiSettings, gather, ism, photons, settle, shade};
 use crate::grid::Grid;
 use crate::image::ImageSettings;
 use crate::job::Job;
@@ -289,6 +289,16 @@ impl Backend for Cpu {
         Ok(self
             .timings
             .time("mirror_receivers", || Receivers::of_mirror(mirror)))
+    }
+
+    fn settle(
+        &mut self,
+        receivers: &Receivers<Self>,
+        level: &Grid<f32>,
+        job: &Job,
+    ) -> Result<Grid<Vec4>> {
+        self.timings
+            .time("settle", || settle::settle(receivers, level, job))
     }
 
     fn ism(

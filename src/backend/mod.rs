@@ -206,6 +206,13 @@ pub trait Backend: Sized {
         mirror: &MirrorGBuffer<Self>,
         job: &Job,
     ) -> Result<Receivers<Self>>;
+    /// Pass `settle`: positions of receivers in mirrors, moved to the nearest found where `level` says that a hole was closed.
+    fn settle(
+        &mut self,
+        receivers: &Receivers<Self>,
+        level: &Self::Grid<f32>,
+        job: &Job,
+    ) -> Result<Self::Grid<Vec4>>;
     /// Pass `ism`: the shadow maps of virtual point lights.
     fn ism(
         &mut self,

@@ -37,8 +37,9 @@ pub const OWN_REACH: f32 = 2.0;
 /// Distance by which a receiver may lie behind what a map shows and still be lit, as a share of that distance.
 pub const BIAS: f32 = 0.01;
 
-/// The same for a receiver's slope: times its tangent, in texels.
-pub const BIAS_TEXELS: f32 = 4.0;
+/// The same for a receiver's slope: times its tangent, over the map's side. Half a texel, which is 4 / side wide in the middle; a
+/// whole one hides contact shadows, and shadows nothing better.
+pub const BIAS_TEXELS: f32 = 2.0;
 
 /// The same, over the spacing of the slice.
 pub const BIAS_SPACINGS: f32 = 0.35;

@@ -246,6 +246,33 @@ pub(super) fn bands_of_maps_do_not_show() {
     );
 }
 
+pub(super) fn settled_positions_are_equal_to_the_last_bit() {
+    let gpu = &mut gpu();
+    let receivers = Receivers::of(&seen_by_cpu(true));
+    // A band of closed pixels, wider than the reach, and single ones.
+    let mut level = Grid::new(SIZE, 0.0);
+    for (i, value) in level.values_mut().iter_mut().enumerate() {
+        let row = i / SIZE.x as usize;
+        *value = if row < 10 || i % 5 == 0 { 2.0 } else { -1.0 };
+    }
+    let expected = Cpu::default()
+        .settle(&receivers, &level, &Job::default())
+        .expect("positions");
+    let moved = wrong_places(expected.values(), receivers.position.values());
+    assert!(moved > 30, "some are moved: {moved}");
+    let here = bring_receivers(gpu, &receivers);
+    let there = bring(gpu, SIZE, level.values());
+    let got = gpu
+        .settle(&here, &there, &Job::default())
+        .expect("positions");
+    assert_eq!(wrong_places(&read(gpu, &got), expected.values()), 0);
+}
+
+/// Places that differ.
+fn wrong_places(got: &[Vec4], expected: &[Vec4]) -> usize {
+    got.iter().zip(expected).filter(|(a, b)| a != b).count()
+}
+
 pub(super) fn merging_agrees() {
     let gpu = &mut gpu();
     let (lights, maps) = cpu_maps();

@@ -305,6 +305,15 @@ impl Backend for Gpu {
         self.run_mirror_receivers(mirror, job)
     }
 
+    fn settle(
+        &mut self,
+        receivers: &Receivers<Self>,
+        level: &GpuGrid<f32>,
+        job: &Job,
+    ) -> Result<GpuGrid<Vec4>> {
+        self.run_settle(receivers, level, job)
+    }
+
     fn ism(
         &mut self,
         points: &GpuPoints,

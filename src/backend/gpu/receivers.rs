@@ -1,4 +1,4 @@
-//! Passes `receivers` and `mirror_receivers` on the device. Twin: `src/gi/receivers.rs`.
+//! Passes `receivers`, `mirror_receivers` and `settle` on the device. Twins: `src/gi/receivers.rs`, `src/gi/settle.rs`.
 
 use glam::{UVec2, Vec4};
 
@@ -6,12 +6,13 @@ use super::Gpu;
 use super::buffers::GpuGrid;
 use super::kernel::Pass;
 use super::layout::{gpu_layout, gpu_struct};
-use super::shaders::{MIRROR_RECEIVERS, RECEIVERS};
+use super::shaders::{MIRROR_RECEIVERS, RECEIVERS, SETTLE};
 use super::windows::{Need, windows};
 use crate::camera::Pinhole;
 use crate::error::Result;
 use crate::gbuffer::GBuffer;
 use crate::gi::receivers::Receivers;
+use crate::gi::settle::REACH;
 use crate::job::Job;
 use crate::reflect::MirrorGBuffer;
 
@@ -37,6 +38,24 @@ gpu_struct! {
         width: u32,
         /// Number of the bindings' first pixel, row by row.
         first_pixel: u32,
+    }
+}
+
+gpu_struct! {
+    /// What one dispatch of `settle` works on.
+    pub(super) struct SettleParams {
+        /// Of the picture, pixels.
+        size: UVec2,
+        /// First row, and one past the last.
+        rows: UVec2,
+        /// Number of the bindings' first pixel, row by row.
+        first_pixel: u32,
+        /// The struct's size is a multiple of 16.
+        pad0: u32,
+        /// See `pad0`.
+        pad1: u32,
+        /// See `pad0`.
+        pad2: u32,
     }
 }
 
@@ -119,5 +138,41 @@ impl Gpu {
         }
         pass.finish(&mut self.timings, job)?;
         Ok(receivers)
+    }
+
+    /// Pass `settle`.
+    pub(super) fn run_settle(
+        &mut self,
+        receivers: &Receivers<Self>,
+        level: &GpuGrid<f32>,
+        job: &Job,
+    ) -> Result<GpuGrid<Vec4>> {
+        let size = receivers.size;
+        let kernel = self.kernels.get(&self.device, &SETTLE)?;
+        let settled = GpuGrid::<Vec4>::new(&self.pool, size)?;
+        let stamps = self.stamps.as_ref();
+        let mut pass = Pass::new(SETTLE.name, &self.device, &self.pool, stamps);
+        let need = Need {
+            halo: REACH as u32,
+            ..NEED
+        };
+        for window in windows(size, need, &self.device.limits) {
+            let params = SettleParams {
+                size,
+                rows: UVec2::new(window.rows.start, window.rows.end),
+                first_pixel: window.pixels.start,
+                pad0: 0,
+                pad1: 0,
+                pad2: 0,
+            };
+            pass.compute(&kernel, &params)
+                .read(level.part(&window.pixels))
+                .read(receivers.position.part(&window.pixels))
+                .read(receivers.normal.part(&window.pixels))
+                .write(settled.part(&window.pixels))
+                .dispatch(window.threads(size))?;
+        }
+        pass.finish(&mut self.timings, job)?;
+        Ok(settled)
     }
 }

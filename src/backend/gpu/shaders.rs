@@ -13,7 +13,7 @@ use super::layout::{GpuStruct, Layout};
 use super::mirror_pixels::MirrorPixelsParams;
 use super::photons::{AddParams, PhotonParams};
 use super::pull_push::{Cell, PullParams, PushParams};
-use super::receivers::{MirrorReceiverParams, ReceiverParams};
+use super::receivers::{MirrorReceiverParams, ReceiverParams, SettleParams};
 use super::root_find::{DistributeParams, Region, RootFindParams};
 use super::shade::{LightParams, ShadeMirrorParams, ShadeParams};
 use super::smooth::SmoothParams;
@@ -33,6 +33,7 @@ use crate::gi::ism::{
     OWN_REACH, REACH, SURFEL_BITS,
 };
 use crate::gi::photons::Photon;
+use crate::gi::settle;
 use crate::gi::shade::RECEIVER_COSINE;
 use crate::gi::vpl::Vpl;
 use crate::reflect::Hit;
@@ -165,6 +166,14 @@ shader! {
 shader! {
     /// What the mirrors show, as indirect light takes it.
     MIRROR_RECEIVERS = "mirror_receivers", &[PIXEL]
+}
+shader! {
+    /// Puts what closed holes of mirrors show to where the nearest found pixel lies.
+    SETTLE = "settle", &[
+        PIXEL,
+        ("REACH", settle::REACH as f64),
+        ("NORMAL_COSINE", settle::NORMAL_COSINE as f64),
+    ]
 }
 shader! {
     /// The shadow maps of virtual point lights.
@@ -362,6 +371,7 @@ pub const SHADERS: &[Shader] = &[
     SHADE,
     RECEIVERS,
     MIRROR_RECEIVERS,
+    SETTLE,
     ISM,
     GATHER,
     INDIRECT_FILTER,
@@ -398,6 +408,7 @@ pub const LAYOUTS: &[Layout] = &[
     ShadeParams::LAYOUT,
     ReceiverParams::LAYOUT,
     MirrorReceiverParams::LAYOUT,
+    SettleParams::LAYOUT,
     IsmParams::LAYOUT,
     GatherParams::LAYOUT,
     FilterParams::LAYOUT,
