@@ -70,6 +70,11 @@ impl Studio {
             backend: full.backend(),
             adapter: full.adapter(),
         };
+        // What was chosen once is not looked for again.
+        self.choice = match &opened.adapter {
+            Some(adapter) => BackendChoice::Gpu(Some(adapter.clone())),
+            None => BackendChoice::Cpu,
+        };
         self.full = Some(full);
         self.opened = Some(opened.clone());
         Ok(Event::Opened(Box::new(opened)))

@@ -120,6 +120,18 @@ fn what_cannot_be_opened_is_said_and_the_scene_stays() {
 }
 
 #[test]
+fn every_menu_opens_and_has_letters_for_its_entries() {
+    for (menu, entry) in [("File", "Reload"), ("Edit", "Undo"), ("View", "Light")] {
+        let (mut window, _) = opened("menus");
+        window.get_by_label(menu).click();
+        // A letter that no font has is a panic here.
+        window.run_steps(4);
+        let found = window.query_all_by_label_contains(entry).count();
+        assert!(found > 0, "{menu} has no {entry}");
+    }
+}
+
+#[test]
 fn every_setting_has_a_control() {
     let (mut window, _) = opened("controls");
     for setting in Settings::describe() {

@@ -19,6 +19,12 @@ const UPS: [(&str, DVec3); 4] = [
     ("-Y up", DVec3::NEG_Y),
 ];
 
+const THEMES: [(egui::ThemePreference, &str); 3] = [
+    (egui::ThemePreference::System, "As the system"),
+    (egui::ThemePreference::Light, "Light"),
+    (egui::ThemePreference::Dark, "Dark"),
+];
+
 /// Keys that work wherever the cursor is.
 pub(super) fn shortcuts(viewer: &mut Viewer, ui: &egui::Ui) {
     let pressed = |shortcut: &KeyboardShortcut| ui.input_mut(|i| i.consume_shortcut(shortcut));
@@ -178,5 +184,12 @@ fn view(viewer: &mut Viewer, ui: &mut egui::Ui) {
     ui.checkbox(&mut numbers, "Numbers panel");
     viewer.panels.hide_settings = !settings;
     viewer.panels.hide_numbers = !numbers;
-    egui::widgets::global_theme_preference_buttons(ui);
+    ui.separator();
+    let mut theme = ui.ctx().options(|options| options.theme_preference);
+    for (preference, name) in THEMES {
+        let chosen = ui.radio_value(&mut theme, preference, name);
+        if chosen.on_hover_text("Colours of the interface").clicked() {
+            ui.ctx().set_theme(preference);
+        }
+    }
 }
