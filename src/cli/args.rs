@@ -375,10 +375,15 @@ pub(super) fn backend(name: BackendName, adapter: Option<&str>) -> Result<Backen
 }
 
 impl SceneArgs {
-    /// What `--set` was given.
+    /// What is said on top of the scene, as words of a command line.
     #[cfg(feature = "viewer")]
-    pub(super) fn given(&self) -> &[String] {
-        &self.set
+    pub(super) fn given(&self) -> Vec<String> {
+        let set = self.set.iter().flat_map(|text| ["--set", text]);
+        let mut words: Vec<String> = set.map(str::to_owned).collect();
+        if let Some(mesh) = &self.mesh {
+            words.extend(["--mesh".to_owned(), mesh.display().to_string()]);
+        }
+        words
     }
 
     /// What is said on top of the scene; flags beat --set, so they come last.

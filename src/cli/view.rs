@@ -13,7 +13,7 @@ pub(super) fn view(args: &ViewerArgs) -> anyhow::Result<()> {
         },
         Some(scene) => Start {
             overrides: scene.overrides(&ViewArgs::default())?,
-            given: scene.given().to_vec(),
+            given: scene.given(),
             path: Some(scene.path),
             choice,
         },

@@ -32,7 +32,6 @@ const KEPT: usize = 60;
 
 /// Everything that the window shows.
 pub(super) struct Viewer {
-    pub(super) start: Start,
     pub(super) worker: Worker,
     chosen: (Sender<PathBuf>, Receiver<PathBuf>),
     pub(super) opened: Option<Opened>,
@@ -117,35 +116,38 @@ impl Viewer {
             number: 0,
             under_way: None,
             complete: false,
-            start,
         };
-        if let Some(path) = viewer.start.path.clone() {
-            viewer.open(path);
+        if let Some(path) = start.path {
+            viewer.begin_opening(Opening {
+                path,
+                overrides: start.overrides,
+                given: start.given,
+            });
         }
         Ok(viewer)
     }
 
     /// Opens a scene or a cloud in place of what is open.
     pub(super) fn open(&mut self, path: PathBuf) {
-        // What was said on top of another scene does not belong to this one.
-        let same = self.start.path.as_ref() == Some(&path);
-        if !same {
-            self.start.overrides.clear();
-            self.start.given.clear();
-        }
-        self.start.path = Some(path.clone());
-        self.loading = Some(path.clone());
-        self.under_way = None;
-        self.worker.open(Opening {
+        self.begin_opening(Opening {
             path,
-            overrides: self.start.overrides.clone(),
+            overrides: Vec::new(),
+            given: Vec::new(),
         });
+    }
+
+    /// What is open stays until the new scene is there.
+    fn begin_opening(&mut self, opening: Opening) {
+        self.loading = Some(opening.path.clone());
+        self.under_way = None;
+        self.worker.open(opening);
     }
 
     /// Reads what is open anew; camera and settings stay.
     pub(super) fn reload(&mut self) {
-        if let Some(path) = self.start.path.clone() {
-            self.open(path);
+        if let Some(opened) = &self.opened {
+            let opening = opened.opening.clone();
+            self.begin_opening(opening);
         }
     }
 
@@ -225,8 +227,8 @@ impl Viewer {
         let opened = self.opened.as_ref();
         let defaults = Settings::default();
         history::command_line(
-            &opened.map_or_else(String::new, |o| o.path.display().to_string()),
-            &self.start.given,
+            &opened.map_or_else(String::new, |o| o.opening.path.display().to_string()),
+            opened.map_or(&[], |o| &o.opening.given),
             opened.map_or(&defaults, |o| &o.scene.settings),
             self.settings(),
             camera,
@@ -313,7 +315,7 @@ impl Viewer {
 
     fn begin(&mut self, opened: Opened) {
         self.done(None);
-        let again = (self.opened.as_ref()).is_some_and(|o| o.path == opened.path);
+        let again = (self.opened.as_ref()).is_some_and(|o| o.opening.path == opened.opening.path);
         if !again {
             let size = self.like.size;
             let camera = fitted(&opened, size);
@@ -323,8 +325,8 @@ impl Viewer {
             self.history = History::new(opened.scene.settings.clone());
             (self.path, self.measured) = (None, Vec::new());
             self.times.clear();
-            self.panels.remember(&opened.path);
-            if let Some(up) = self.panels.up_of(&opened.path) {
+            self.panels.remember(&opened.opening.path);
+            if let Some(up) = self.panels.up_of(&opened.opening.path) {
                 self.navigator.set_up(up);
             }
         }

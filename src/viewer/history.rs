@@ -94,10 +94,8 @@ pub(super) fn command_line(
     output: &str,
 ) -> Vec<String> {
     let mut words = vec!["render".to_owned(), path.to_owned()];
+    words.extend_from_slice(given);
     let mut set = |text: String| words.extend(["--set".to_owned(), text]);
-    for text in given {
-        set(text.clone());
-    }
     for setting in Settings::describe() {
         let (was, is) = (
             opened_with.value(&setting.key),

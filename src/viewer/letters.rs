@@ -19,6 +19,8 @@ use super::pace::Detail;
 pub(super) struct Opening {
     pub(super) path: PathBuf,
     pub(super) overrides: Vec<Override>,
+    /// What was said on top of the scene, as words of a command line.
+    pub(super) given: Vec<String>,
 }
 
 /// What to render.
@@ -47,7 +49,7 @@ pub(super) struct Export {
 /// A scene that is open.
 #[derive(Debug, Clone)]
 pub(super) struct Opened {
-    pub(super) path: PathBuf,
+    pub(super) opening: Opening,
     pub(super) scene: Scene,
     pub(super) loaded: Arc<LoadedScene>,
     pub(super) backend: &'static str,

@@ -34,7 +34,7 @@ pub(crate) struct Start {
     pub(crate) path: Option<PathBuf>,
     /// What is said on top of it.
     pub(crate) overrides: Vec<Override>,
-    /// The same, as `--set` takes it.
+    /// The same, as words of a command line.
     pub(crate) given: Vec<String>,
     /// Where pictures are made; the interface takes any adapter.
     pub(crate) choice: BackendChoice,

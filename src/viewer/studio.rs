@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use catoptric::camera::Camera;
 use catoptric::output::{CameraDescription, Outputs, camera_gbuffer, mirror_gbuffer};
+use catoptric::reflect::MirrorGBuffer;
 use catoptric::reflect::sscr::heat::require_search;
 use catoptric::renderer::{BackendChoice, Machine, Renderer};
 use catoptric::scene::Scene;
@@ -64,7 +65,7 @@ impl Studio {
         (self.full, self.part, self.opened, self.last) = (None, None, None, None);
         let full = Machine::open(&self.choice)?.upload(&loaded.surfels)?;
         let opened = Opened {
-            path: opening.path,
+            opening,
             scene,
             loaded,
             backend: full.backend(),
@@ -159,7 +160,9 @@ impl Studio {
         if let Some(path) = &export.gbuffer {
             outputs.stage_exr(path, camera_gbuffer(&products.gbuffer, origin), job)?;
         }
-        if let (Some(path), Some(mirror)) = (&export.mirror_gbuffer, &products.mirror) {
+        if let Some(path) = &export.mirror_gbuffer {
+            let nothing = MirrorGBuffer::empty(export.camera.size);
+            let mirror = products.mirror.as_ref().unwrap_or(&nothing);
             outputs.stage_exr(path, mirror_gbuffer(mirror, origin), job)?;
         }
         if let Some(path) = &export.camera_json {

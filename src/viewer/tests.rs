@@ -117,6 +117,8 @@ fn what_cannot_be_opened_is_said_and_the_scene_stays() {
     let (failed, message) = &viewer.messages[0];
     assert!(*failed && message.contains("nothing.ply"), "{message}");
     assert!(viewer.opened.is_some() && viewer.loading.is_none());
+    let words = viewer.command_line(&viewer.camera(), "out.png".as_ref());
+    assert!(words[1].ends_with("scene.toml"), "what is open: {words:?}");
 }
 
 #[test]

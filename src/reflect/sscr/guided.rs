@@ -27,7 +27,7 @@ pub const SAME_ROOT: f32 = 0.3;
 const GROUP: usize = 8;
 
 /// Points a task: a multiple of the above.
-const CHUNK: usize = 128;
+pub(super) const CHUNK: usize = 128;
 
 /// Hits after which the memory for more is reckoned.
 const RECKONED: u64 = 1 << 22;

@@ -5,16 +5,13 @@ use rayon::prelude::*;
 
 use super::charts::{Chart, Seeds};
 use super::field::MirrorField;
-use super::guided::{SAME_ROOT, Work};
+use super::guided::{CHUNK, SAME_ROOT, Work};
 use crate::cloud::Place;
 use crate::error::Result;
 use crate::job::Job;
 
 /// Points on which shortcuts are tried.
 pub const TRIED: usize = 2048;
-
-/// Points tried together.
-const CHUNK: usize = 128;
 
 /// Places of the tried points that must be known before a shortcut is judged.
 const LEAST_TRIED: u32 = 24;

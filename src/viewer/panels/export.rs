@@ -28,7 +28,7 @@ pub(super) fn open(viewer: &mut Viewer) {
         viewer.say("open a scene or a point cloud first");
         return;
     };
-    let name = opened.path.file_stem().unwrap_or_default();
+    let name = opened.opening.path.file_stem().unwrap_or_default();
     viewer.panels.export = Some(Form {
         stem: name.to_string_lossy().into_owned(),
         size: opened.loaded.camera.size,

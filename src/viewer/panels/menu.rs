@@ -162,7 +162,7 @@ fn view(viewer: &mut Viewer, ui: &mut egui::Ui) {
         if ui.radio(chosen, name).on_hover_text(about).clicked() {
             viewer.navigator.set_up(up);
             if let Some(opened) = &viewer.opened {
-                viewer.panels.set_up(&opened.path, up);
+                viewer.panels.set_up(&opened.opening.path, up);
             }
             viewer.touch();
         }
