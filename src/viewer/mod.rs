@@ -9,6 +9,7 @@ mod app;
 mod buffers;
 mod canvas;
 mod comparison;
+mod events;
 mod history;
 mod letters;
 mod navigation;

@@ -265,6 +265,27 @@ fn what_is_exported_is_what_the_command_line_renders() {
 }
 
 #[test]
+fn where_no_mirror_is_seen_its_buffer_is_written_empty() {
+    let (mut window, folder) = opened("empty");
+    window.state_mut().navigator.look(std::f64::consts::PI, 0.0);
+    let path = folder.join("mirror.exr");
+    let export = super::letters::Export {
+        camera: window.state().camera(),
+        settings: window.state().settings().clone(),
+        picture: None,
+        gbuffer: None,
+        mirror_gbuffer: Some(path.clone()),
+        camera_json: None,
+    };
+    window.state_mut().export(export);
+    let wrote = |v: &Viewer| v.messages.iter().any(|(_, m)| m.contains("wrote"));
+    until(&mut window, "the file", wrote);
+    let bytes = std::fs::read(path).expect("a file");
+    let image = catoptric::output::ExrImage::decode(&bytes).expect("a picture");
+    assert!(image.channels["valid.V"].iter().all(|v| *v == 0.0));
+}
+
+#[test]
 fn a_hundred_quick_changes_end_with_the_last() {
     let (mut window, _) = opened("changes");
     for k in 0..100 {

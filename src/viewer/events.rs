@@ -1,0 +1,138 @@
+//! What happens to the window's state when the rendering thread tells something.
+
+use catoptric::camera::Camera;
+use eframe::egui;
+use glam::UVec2;
+
+use super::app::Viewer;
+use super::history::History;
+use super::letters::{Event, Layer, Opened, Shown};
+use super::navigation::Navigator;
+use super::pace::Detail;
+
+/// Frames whose times are kept.
+const KEPT: usize = 60;
+
+impl Viewer {
+    /// What the worker and the dialogs told.
+    pub(super) fn hear(&mut self, context: &egui::Context) {
+        let events: Vec<Event> = self.worker.events().collect();
+        for event in events {
+            match event {
+                Event::Progress(progress) => self.progress = Some(progress),
+                Event::Opened(opened) => self.begin(*opened),
+                Event::Shown(shown, layer) => self.show(*shown, layer, context),
+                Event::Painted(layer) => self.put(layer, context),
+                Event::Second(shown) => {
+                    self.progress = None;
+                    if let Some(second) = &mut self.second {
+                        second.shown = Some(*shown);
+                    }
+                    self.compare();
+                }
+                Event::Compared(comparison) => self.put_comparison(*comparison, context),
+                Event::Exported(files) => {
+                    self.progress = None;
+                    for file in files {
+                        self.say(format!("wrote {}", file.display()));
+                    }
+                }
+                Event::Failed(number, message) => {
+                    self.done(number);
+                    self.complete = true;
+                    self.fail(message);
+                }
+                Event::Stopped(number) => self.done(number),
+            }
+        }
+        if let Ok(path) = self.chosen.1.try_recv() {
+            self.open(path);
+        }
+        let dropped = context.input(|i| i.raw.dropped_files.first().map(|f| f.path().to_owned()));
+        if let Some(path) = dropped {
+            self.open(path);
+        }
+    }
+
+    /// What was asked for is done, one way or another.
+    fn done(&mut self, number: Option<u64>) {
+        self.progress = None;
+        match number {
+            Some(number) if self.under_way.is_some_and(|(n, _)| n == number) => {
+                self.under_way = None;
+            }
+            Some(_) => {}
+            None => self.loading = None,
+        }
+    }
+
+    fn begin(&mut self, opened: Opened) {
+        self.done(None);
+        let again = (self.opened.as_ref()).is_some_and(|o| o.opening.path == opened.opening.path);
+        if !again {
+            let size = self.like.size;
+            let camera = fitted(&opened, size);
+            self.navigator = Navigator::of(&camera);
+            self.like = Camera { size, ..camera };
+            self.second = None;
+            self.history = History::new(opened.scene.settings.clone());
+            (self.path, self.measured) = (None, Vec::new());
+            self.times.clear();
+            self.panels.remember(&opened.opening.path);
+            if let Some(up) = self.panels.up_of(&opened.opening.path) {
+                self.navigator.set_up(up);
+            }
+        }
+        for sentence in opened.loaded.facts.repairs.sentences() {
+            self.say(sentence);
+        }
+        self.opened = Some(opened);
+        self.touch();
+    }
+
+    fn show(&mut self, shown: Shown, layer: Layer, context: &egui::Context) {
+        self.done(Some(shown.request.number));
+        let full = shown.request.detail == Detail::FULL;
+        if !full || shown.request.settings.gi.vpl_count == 0 {
+            self.pace.took(shown.request.detail, shown.ms);
+        }
+        if full {
+            self.times.push_back(shown.products.passes.clone());
+            while self.times.len() > KEPT {
+                self.times.pop_front();
+            }
+        }
+        if layer.buffer == self.buffer {
+            self.put(layer, context);
+        } else {
+            self.worker.paint(self.buffer);
+        }
+        self.shown = Some(shown);
+        if let Some(second) = &mut self.second {
+            // What was compared was another view.
+            (second.texture, second.difference) = (None, None);
+            second.lines.clear();
+        }
+        self.compare();
+    }
+
+    fn put(&mut self, layer: Layer, context: &egui::Context) {
+        if layer.buffer != self.buffer {
+            return;
+        }
+        self.scale = layer.scale;
+        let options = egui::TextureOptions::LINEAR;
+        match &mut self.texture {
+            Some(texture) => texture.set(layer.image, options),
+            None => self.texture = Some(context.load_texture("view", layer.image, options)),
+        }
+    }
+}
+
+/// The camera of a scene; one that nobody gave fits the window.
+fn fitted(opened: &Opened, size: UVec2) -> Camera {
+    let mut scene = opened.scene.clone();
+    scene.camera.size = Some(size);
+    let (bounds, up) = (opened.loaded.facts.bounds, opened.loaded.up_axis);
+    scene.camera(bounds, up).unwrap_or(opened.loaded.camera)
+}
