@@ -2,7 +2,7 @@
 
 use catoptric::camera::{Camera, Pinhole};
 use catoptric::cloud::generate::{SceneName, generate};
-use catoptric::cloud::{Material, PlacedCloud, Surfels, prepare};
+use catoptric::cloud::{Surfels, prepare};
 use catoptric::gbuffer::SplatSettings;
 use catoptric::gbuffer::splat::Splatter;
 use catoptric::job::Job;
@@ -23,14 +23,7 @@ const POINTS: [usize; 5] = [100_000, 400_000, 1_600_000, 4_000_000, 10_000_000];
 fn sphere(points: usize) -> Surfels {
     let job = Job::default();
     let raw = generate(SceneName::Sphere, points, 1, None, &job).expect("the sphere scene");
-    let cloud = PlacedCloud {
-        raw,
-        transform: None,
-        material: Material::default(),
-        mirrors: Vec::new(),
-        name: "sphere".into(),
-    };
-    prepare(vec![cloud], DVec3::ZERO, &job)
+    prepare(vec![raw.into()], DVec3::ZERO, &job)
         .expect("sound points")
         .surfels
 }

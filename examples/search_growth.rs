@@ -17,7 +17,7 @@ use catoptric::Job;
 use catoptric::backend::Backend;
 use catoptric::backend::cpu::Cpu;
 use catoptric::cloud::generate::{SceneName, generate};
-use catoptric::cloud::{Material, PlacedCloud, Surfels, prepare};
+use catoptric::cloud::{Surfels, prepare};
 use catoptric::gbuffer::SplatSettings;
 use catoptric::grid::Grid;
 use catoptric::reflect::ray_trace::{Pixels, RayTraceSettings, RayTracer};
@@ -78,14 +78,10 @@ fn balls(per_side: u32, part: f32) -> Surface<Cpu> {
 /// The room's points.
 fn room(points: usize) -> Result<Arc<Surfels>, Box<dyn Error>> {
     let job = Job::default();
-    let cloud = PlacedCloud {
-        raw: generate(SceneName::Plane, points, 1, None, &job)?,
-        transform: None,
-        material: Material::default(),
-        mirrors: Vec::new(),
-        name: "room".into(),
-    };
-    Ok(Arc::new(prepare(vec![cloud], DVec3::ZERO, &job)?.surfels))
+    let cloud = generate(SceneName::Plane, points, 1, None, &job)?;
+    Ok(Arc::new(
+        prepare(vec![cloud.into()], DVec3::ZERO, &job)?.surfels,
+    ))
 }
 
 /// Milliseconds: the median of three runs after one.

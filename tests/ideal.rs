@@ -6,7 +6,7 @@ use catoptric::Job;
 use catoptric::backend::cpu::Cpu;
 use catoptric::camera::Camera;
 use catoptric::cloud::generate::{SceneName, generate};
-use catoptric::cloud::{Material, PlacedCloud, Surfels, prepare};
+use catoptric::cloud::{Surfels, prepare};
 use catoptric::grid::Grid;
 use catoptric::reflect::sscr::LhcMap;
 use catoptric::reflect::sscr::curvature::{Axes, LhcSettings, curvature};
@@ -66,14 +66,7 @@ pub(crate) fn regions(view: &View, surface: &Surface<Cpu>) -> LhcMap {
 pub(crate) fn cloud(name: SceneName, points: usize) -> Arc<Surfels> {
     let job = Job::default();
     let raw = generate(name, points, 1, None, &job).expect("a scene that needs no mesh");
-    let placed = PlacedCloud {
-        raw,
-        transform: None,
-        material: Material::default(),
-        mirrors: Vec::new(),
-        name: name.to_string(),
-    };
-    let prepared = prepare(vec![placed], DVec3::ZERO, &job).expect("a sound cloud");
+    let prepared = prepare(vec![raw.into()], DVec3::ZERO, &job).expect("a sound cloud");
     Arc::new(prepared.surfels)
 }
 

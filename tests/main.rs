@@ -16,6 +16,7 @@ mod cameras;
 mod charted;
 mod cli;
 mod clouds;
+mod editing;
 mod environment;
 mod evenness;
 mod extremes;
@@ -62,6 +63,7 @@ fn main() {
         cameras::tests(),
         cli::tests(),
         clouds::tests(),
+        editing::tests(),
         environment::tests(),
         evenness::tests(),
         extremes::tests(),

@@ -1,5 +1,7 @@
 //! What is known of a scene's points before anything is drawn; plans and `info` are made of it.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use serde::Serialize;
 
@@ -41,6 +43,9 @@ pub struct CloudFacts {
     pub has_normals: bool,
     /// Whether it came with intensities.
     pub has_intensity: bool,
+    /// How many of its points are of which class, where classes were read: for a rule, a colouring or an editor.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub classes: BTreeMap<u8, u64>,
     /// Names of every column of its file.
     pub column_names: Vec<String>,
     /// Unit of length that the file states.
@@ -77,6 +82,29 @@ impl Bounds {
             min: self.min.min(other.min),
             max: self.max.max(other.max),
         }
+    }
+
+    /// What is in both.
+    pub fn intersection(self, other: Self) -> Self {
+        Self {
+            min: self.min.max(other.min),
+            max: self.max.min(other.max),
+        }
+    }
+
+    /// Whether nothing is in it, not even a point.
+    pub fn is_empty(self) -> bool {
+        self.min.cmpgt(self.max).any()
+    }
+
+    /// Whether a point is in it, borders included.
+    pub fn contains(self, point: DVec3) -> bool {
+        point.cmpge(self.min).all() && point.cmple(self.max).all()
+    }
+
+    /// Whether all of another box is in it; an empty one is.
+    pub fn contains_box(self, other: Self) -> bool {
+        other.is_empty() || (self.contains(other.min) && self.contains(other.max))
     }
 
     /// Its centre.

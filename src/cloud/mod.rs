@@ -1,5 +1,6 @@
 //! Point clouds: reading, writing, generating, and making surfels of them.
 
+mod clean;
 mod colour;
 mod facts;
 pub mod generate;
@@ -9,9 +10,9 @@ mod mesh;
 mod neighbours;
 mod normals;
 mod order;
-mod placed;
 mod ply;
 mod ply_write;
+mod points;
 mod prepare;
 mod raw;
 mod read;
@@ -23,17 +24,18 @@ mod tint;
 
 pub(crate) use guard::require_memory;
 
+pub(crate) use clean::transform_fault;
 pub use facts::{Bounds, CloudFacts, Facts};
 pub use mesh::{Faces, TriangleMesh};
 pub use neighbours::{NORMAL_NEIGHBOURS, SPACING_NEIGHBOURS};
 pub use order::along_curve;
-pub(crate) use placed::{is_sound, transform_fault};
 pub use ply_write::write_ply;
-pub use prepare::{Material, PlacedCloud, Prepared, prepare};
+pub use points::CloudPoints;
+pub use prepare::{Look, Material, PlacedCloud, Prepared, assemble, prepare};
 pub use raw::{RawCloud, Repairs, UpAxis};
 pub use read::{ColourBits, ReadOptions, read_cloud};
 pub use rules::{MirrorRule, Select};
-pub use spacing::typical_spacing;
 pub use surfels::{
     Finish, MAX_SHININESS, Place, SHININESS_LOG_RANGE, Surfel, Surfels, shininess_from_log,
 };
+pub use tint::ColourBy;

@@ -1,29 +1,24 @@
-//! From raw clouds to surfels: placing, cleaning, colours, mirrors, radii, normals, order.
+//! From the points of a scene's clouds to surfels: clipping, colours, mirrors, packing, order.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use glam::{DMat4, DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::clean::clamp_column;
 use super::guard::require_memory;
-use super::neighbours::{Want, estimate};
 use super::normals::towards;
-use super::placed::{Placed, place};
+use super::points::{CloudPoints, LONE_RADIUS, origin_of};
+use super::rules::{CLASSIFICATION, mirror_column};
 use super::shuffle::shuffled;
-use super::tint::percentile;
-use super::{Bounds, Facts, Finish, MirrorRule, Place, RawCloud, Repairs, Surfel, Surfels};
+use super::tint::{ColourBy, albedo_by, percentile};
+use super::{Bounds, CloudFacts, Facts, Finish, MirrorRule, Place, RawCloud, Surfel, Surfels};
 use crate::error::{Error, Result};
 use crate::job::Job;
 
-/// Scenes that reach no farther than this from 0 keep it as their origin; the files' unit.
-const NEAR_ZERO: f64 = 10_000.0;
-
-/// Memory that a point takes here at most, beside the raw cloud: neighbours, surfels, their order.
-const BYTES_PER_POINT: u64 = 144;
-
-/// Strays have no neighbours near them; no estimated radius is larger than so many times the 99th percentile.
-const STRAY_RADIUS: f32 = 4.0;
-
-/// Radius where nothing is known: a single point, or all in one place.
-const LONE_RADIUS: f32 = 1e-3;
+/// Memory that a point takes while it is packed and shuffled.
+const BYTES_PER_POINT: u64 = 80;
 
 /// A cloud as the scene wants it.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,12 +27,37 @@ pub struct PlacedCloud {
     pub raw: RawCloud,
     /// From the cloud's frame to the scene's; must neither mirror nor flatten.
     pub transform: Option<DMat4>,
+    /// How its points look.
+    pub look: Look,
+}
+
+impl From<RawCloud> for PlacedCloud {
+    /// Where it is, as it is.
+    fn from(raw: RawCloud) -> Self {
+        Self {
+            raw,
+            transform: None,
+            look: Look {
+                name: "cloud".to_owned(),
+                ..Look::default()
+            },
+        }
+    }
+}
+
+/// How the points of a cloud look: what can be changed without reading it again.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Look {
+    /// For messages and reports.
+    pub name: String,
     /// For points whose file says nothing else.
     pub material: Material,
     /// Which points are mirrors.
     pub mirrors: Vec<MirrorRule>,
-    /// For messages and reports.
-    pub name: String,
+    /// What gives points their albedo.
+    pub colour: ColourBy,
+    /// The cloud is cut by this box, borders included; in the scene's frame.
+    pub clip: Option<Bounds>,
 }
 
 /// The specular part of points.
@@ -67,83 +87,122 @@ pub struct Prepared {
     pub facts: Facts,
 }
 
-/// Makes surfels of the clouds of a scene.
-///
-/// Places them, drops points without finite coordinates, chooses the origin, colours clouds without colours (by
-/// intensity, else by height), finds mirrors, estimates missing radii and normals (turned towards `viewpoint`, in the
-/// scene's frame), and shuffles. What was dropped and repaired is counted in [`Facts::repairs`]. The result is the
-/// same for any number of threads.
+/// Makes surfels of the clouds of a scene: [`CloudPoints::new`] of each, then [`assemble`].
 ///
 /// # Errors
-/// [`Error::Setting`] for a transform that mirrors, flattens or is not affine; [`Error::Cloud`] for a rule whose column
-/// a cloud lacks; [`Error::NoPoints`], [`Error::Memory`], [`Error::Cancelled`].
+/// As these two.
 pub fn prepare(clouds: Vec<PlacedCloud>, viewpoint: DVec3, job: &Job) -> Result<Prepared> {
-    let read: u64 = clouds.iter().map(|cloud| cloud.raw.len() as u64).sum();
+    let mut parts = Vec::with_capacity(clouds.len());
+    for cloud in clouds {
+        let points = CloudPoints::new(cloud.raw, cloud.transform.as_ref(), &cloud.look.name, job)?;
+        parts.push((Arc::new(points), cloud.look));
+    }
+    assemble(parts, viewpoint, job)
+}
+
+/// The points that are drawn of a cloud, and what they look like.
+struct Part {
+    points: Arc<CloudPoints>,
+    look: Look,
+    /// Which of the points, where not all of them.
+    kept: Option<Vec<u32>>,
+    bounds: Bounds,
+}
+
+impl Part {
+    fn new(points: Arc<CloudPoints>, look: Look) -> Self {
+        let all = points.bounds;
+        let Some(clip) = look.clip.filter(|clip| !clip.contains_box(all)) else {
+            return Self {
+                points,
+                look,
+                kept: None,
+                bounds: all,
+            };
+        };
+        let positions = &points.raw.positions;
+        let kept: Vec<u32> = (0..positions.len() as u32)
+            .into_par_iter()
+            .filter(|&index| clip.contains(positions[index as usize]))
+            .collect();
+        let bounds = Bounds::of(kept.iter().map(|&index| positions[index as usize]));
+        Self {
+            points,
+            look,
+            kept: Some(kept),
+            bounds,
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.kept.as_ref().map_or(self.points.len(), Vec::len)
+    }
+}
+
+/// Makes surfels of the points of clouds.
+///
+/// Cuts clouds by their boxes, chooses the origin, colours the points, finds mirrors, turns estimated normals towards
+/// `viewpoint` (in the scene's frame), and shuffles. What was dropped and repaired is counted in [`Facts::repairs`]. The
+/// result is the same for any number of threads. Points that nobody else holds are freed as soon as they are packed.
+///
+/// # Errors
+/// [`Error::Cloud`] for a rule or a colouring whose column a cloud lacks; [`Error::Setting`] for more points than can be
+/// counted; [`Error::NoPoints`], [`Error::Memory`], [`Error::Cancelled`].
+pub fn assemble(
+    clouds: Vec<(Arc<CloudPoints>, Look)>,
+    viewpoint: DVec3,
+    job: &Job,
+) -> Result<Prepared> {
+    let read: u64 = clouds.iter().map(|(c, _)| u64::from(c.read())).sum();
     if u32::try_from(read).is_err() {
         return Err(Error::Setting(format!(
             "the scene has {read} points, and 4294967295 can be drawn; use fewer"
         )));
     }
-    require_memory("preparing the points", read * BYTES_PER_POINT)?;
-
-    // Place and clean each cloud, then see where all of them are.
-    let scale = clouds
-        .iter()
-        .filter_map(|cloud| cloud.raw.scale)
-        .reduce(DVec3::max);
-    let mut placed = Vec::new();
-    let mut first = 0;
-    for cloud in clouds {
-        job.progress("placing points", u64::from(first), read)?;
-        let count = cloud.raw.len() as u32;
-        placed.push(place(cloud, first)?);
-        first += count;
+    job.progress("placing points", 0, read)?;
+    let scale = clouds.iter().filter_map(|(c, _)| c.raw.scale);
+    let scale = scale.reduce(DVec3::max);
+    let parts: Vec<Part> = clouds
+        .into_iter()
+        .map(|(points, look)| Part::new(points, look))
+        .collect();
+    let count: usize = parts.iter().map(Part::len).sum();
+    if count == 0 {
+        return Err(no_points(&parts));
     }
-    let repairs = placed.iter().fold(Repairs::default(), |mut sum, cloud| {
-        sum += cloud.repairs;
-        sum
-    });
-    let bounds = placed
-        .iter()
-        .map(|cloud| cloud.bounds)
-        .reduce(Bounds::union);
-    let points: usize = placed.iter().map(|cloud| cloud.positions.len()).sum();
-    let bounds = bounds
-        .filter(|_| points > 0)
-        .ok_or_else(|| no_points(repairs))?;
+    require_memory("preparing the points", count as u64 * BYTES_PER_POINT)?;
+    let bounds = parts.iter().map(|part| part.bounds).reduce(Bounds::union);
+    let bounds = bounds.unwrap_or_else(|| Bounds::of([]));
     let origin = origin_of(bounds, scale);
 
-    // Surfels cloud by cloud: spacing and normals are those of a cloud by itself.
     let mut all = Surfels {
-        places: Vec::new(),
-        finishes: Vec::new(),
-        source: Vec::new(),
+        places: Vec::with_capacity(count),
+        finishes: Vec::with_capacity(count),
+        source: Vec::with_capacity(count),
         origin,
     };
     let mut facts = Facts {
-        points: points as u64,
+        points: count as u64,
         bounds,
         spacing: 0.0,
         origin,
-        repairs,
+        repairs: Default::default(),
         mirror_points: 0,
         has_specular: false,
         clouds: Vec::new(),
     };
     let viewpoint = (viewpoint - origin).as_vec3();
-    for mut cloud in placed {
-        facts.clouds.push(cloud.facts.clone());
-        facts.repairs += surfels_of(&mut cloud, viewpoint, &mut all, job)?;
+    let mut first = 0;
+    for part in parts {
+        job.progress("packing", u64::from(first), read)?;
+        facts.clouds.push(facts_of(&part));
+        facts.repairs += part.points.repairs;
+        facts.repairs.values += pack(&part, viewpoint, first, &mut all)?;
+        first += part.points.read();
     }
-    facts.mirror_points = all
-        .finishes
-        .par_iter()
-        .filter(|finish| finish.mirror() > 0.0)
-        .count() as u64;
-    facts.has_specular = all
-        .finishes
-        .par_iter()
-        .any(|finish| finish.specular() > 0.0);
+    let mirrors = all.finishes.par_iter().filter(|f| f.mirror() > 0.0);
+    facts.mirror_points = mirrors.count() as u64;
+    facts.has_specular = all.finishes.par_iter().any(|f| f.specular() > 0.0);
     let mut radii: Vec<f32> = all.places.par_iter().map(|place| place.radius).collect();
     facts.spacing = f64::from(percentile(&mut radii, 0.5).unwrap_or(LONE_RADIUS));
 
@@ -154,8 +213,16 @@ pub fn prepare(clouds: Vec<PlacedCloud>, viewpoint: DVec3, job: &Job) -> Result<
     })
 }
 
-fn no_points(repairs: Repairs) -> Error {
-    Error::NoPoints(match (repairs.not_finite, repairs.withheld) {
+fn no_points(parts: &[Part]) -> Error {
+    let cut: usize = parts.iter().map(|part| part.points.len()).sum();
+    if cut > 0 {
+        return Error::NoPoints(format!(
+            "the clip box leaves none of {cut}; make it larger or remove it"
+        ));
+    }
+    let lost = parts.iter().map(|part| part.points.repairs);
+    let lost = lost.fold((0, 0), |sum, r| (sum.0 + r.not_finite, sum.1 + r.withheld));
+    Error::NoPoints(match lost {
         (0, 0) => "name a cloud that has some".to_owned(),
         (lost, withheld) => {
             format!(
@@ -165,116 +232,80 @@ fn no_points(repairs: Repairs) -> Error {
     })
 }
 
-/// Exactly 0 where the scene is near 0, else the centre of its box, rounded to a multiple of the files' quantum.
-fn origin_of(bounds: Bounds, scale: Option<DVec3>) -> DVec3 {
-    if bounds.min.abs().max(bounds.max.abs()).max_element() <= NEAR_ZERO {
-        return DVec3::ZERO;
+fn facts_of(part: &Part) -> CloudFacts {
+    let raw = &part.points.raw;
+    CloudFacts {
+        name: part.look.name.clone(),
+        format: raw.format.clone(),
+        points: part.len() as u64,
+        has_colour: raw.albedo.is_some(),
+        has_normals: part.points.states_normals(),
+        has_intensity: raw.intensity.is_some(),
+        classes: classes_of(raw),
+        column_names: raw.column_names.clone(),
+        unit: raw.unit.clone(),
+        up_axis: raw.up_axis,
     }
-    let scale = scale.unwrap_or(DVec3::ONE);
-    (bounds.centre() / scale).round() * scale
 }
 
-/// Adds the surfels of one cloud to `all`; gives the repairs.
-fn surfels_of(
-    cloud: &mut Placed,
-    viewpoint: Vec3,
-    all: &mut Surfels,
-    job: &Job,
-) -> Result<Repairs> {
-    let origin = all.origin;
-    let positions: Vec<Vec3> = cloud
-        .positions
-        .par_iter()
-        .map(|&p| (p - origin).as_vec3())
-        .collect();
-    let mut repairs = Repairs::default();
-
-    // What the file gives stays, where it is sound; the rest is estimated.
-    let given_radii = cloud.radii.take();
-    let given_normals = cloud.normals.take();
-    let mut radii = given_radii
-        .clone()
-        .unwrap_or_else(|| vec![0.0; positions.len()]);
-    let mut normals = given_normals
-        .clone()
-        .unwrap_or_else(|| vec![Vec3::ZERO; positions.len()]);
-    let want = |index: usize| Want {
-        spacing: !given_radii.as_ref().is_some_and(|radii| radii[index] > 0.0),
-        normal: !given_normals
-            .as_ref()
-            .is_some_and(|normals| normals[index] != Vec3::ZERO),
-    };
-    let missing = (0..positions.len()).into_par_iter().map(want);
-    let wanted = |pick: fn(&Want) -> bool| missing.clone().filter(pick).count() as u64;
-    let (spacings, fits) = (wanted(|want| want.spacing), wanted(|want| want.normal));
-    repairs.radii = if given_radii.is_some() { spacings } else { 0 };
-    repairs.normals = if given_normals.is_some() { fits } else { 0 };
-    if spacings + fits > 0 {
-        estimate(&positions, want, &mut radii, &mut normals, job)?;
-        bound_radii(&mut radii, cloud.bounds, want);
-        normals
-            .par_iter_mut()
-            .enumerate()
-            .filter(|(index, _)| want(*index).normal)
-            .for_each(|(index, normal)| {
-                *normal = towards(viewpoint, positions[index], *normal);
-            });
+fn classes_of(raw: &RawCloud) -> BTreeMap<u8, u64> {
+    let column = raw.columns.iter();
+    let column = column.filter(|(name, _)| name.eq_ignore_ascii_case(CLASSIFICATION));
+    let mut counts = [0_u64; 256];
+    for class in column.flat_map(|(_, values)| values) {
+        if let Some(count) = counts.get_mut(*class as usize) {
+            *count += 1;
+        }
     }
+    (0..=u8::MAX)
+        .zip(counts)
+        .filter(|(_, count)| *count > 0)
+        .collect()
+}
 
-    job.progress("packing", 0, 0)?;
+/// Adds the surfels of one cloud, whose first point has the index `first` among all sources, to `all`; gives the number of
+/// values that were clamped.
+fn pack(part: &Part, viewpoint: Vec3, first: u32, all: &mut Surfels) -> Result<u64> {
+    let (points, look) = (&*part.points, &part.look);
+    let raw = &points.raw;
+    let mut mirror = mirror_column(raw, &raw.positions, &look.mirrors, &look.name)?;
+    let clamped = clamp_column(&mut mirror, 1.0);
+    let albedo = albedo_by(look.colour, raw, &look.name)?;
+    let origin = all.origin;
     let value = |column: &Option<Vec<f32>>, index: usize, default: f32| {
         column.as_ref().map_or(default, |c| c[index])
     };
-    let (places, finishes): (Vec<Place>, Vec<Finish>) = (0..positions.len())
-        .into_par_iter()
-        .map(|index| {
-            let surfel = Surfel {
-                position: positions[index],
-                radius: radii[index],
-                normal: normals[index],
-                albedo: cloud.albedo[index],
-                mirror: value(&cloud.mirror, index, 0.0),
-                specular: value(&cloud.specular, index, cloud.material.specular),
-                shininess: value(&cloud.shininess, index, cloud.material.shininess),
-            };
-            (
-                Place {
-                    position: surfel.position,
-                    radius: surfel.radius,
-                },
-                Finish::pack(&surfel),
-            )
-        })
-        .unzip();
+    let surfel = |index: usize| {
+        let position = (raw.positions[index] - origin).as_vec3();
+        let mut normal = points.normals[index];
+        if points.estimated.at(index) {
+            normal = towards(viewpoint, position, normal);
+        }
+        let surfel = Surfel {
+            position,
+            radius: points.radii[index],
+            normal,
+            albedo: albedo[index],
+            mirror: value(&mirror, index, 0.0),
+            specular: value(&raw.specular, index, look.material.specular),
+            shininess: value(&raw.shininess, index, look.material.shininess),
+        };
+        let place = Place {
+            position: surfel.position,
+            radius: surfel.radius,
+        };
+        (place, Finish::pack(&surfel))
+    };
+    let (places, finishes): (Vec<Place>, Vec<Finish>) = match &part.kept {
+        None => (0..points.len()).into_par_iter().map(surfel).unzip(),
+        Some(kept) => kept.par_iter().map(|&i| surfel(i as usize)).unzip(),
+    };
     all.places.extend(places);
     all.finishes.extend(finishes);
-    all.source.append(&mut cloud.source);
-    Ok(repairs)
-}
-
-/// Estimated radii of strays and of points in one place come into the range of the others.
-fn bound_radii(radii: &mut [f32], bounds: Bounds, want: impl Fn(usize) -> Want + Sync) {
-    let estimated = |index: &usize| want(*index).spacing;
-    let mut known: Vec<f32> = (0..radii.len())
-        .filter(estimated)
-        .map(|i| radii[i])
-        .filter(|&r| r > 0.0)
-        .collect();
-    let typical = percentile(&mut known, 0.5).unwrap_or_else(|| {
-        // Too few points, or all in one place.
-        let share = (bounds.size().length() / (radii.len() as f64).sqrt()) as f32;
-        if share > 0.0 { share } else { LONE_RADIUS }
-    });
-    let largest = percentile(&mut known, 0.99).map_or(typical, |radius| radius * STRAY_RADIUS);
-    radii
-        .par_iter_mut()
-        .enumerate()
-        .filter(|(index, _)| estimated(index))
-        .for_each(|(_, radius)| {
-            *radius = if *radius > 0.0 {
-                radius.min(largest)
-            } else {
-                typical
-            };
-        });
+    let source = |index: usize| first + points.source_of(index);
+    match &part.kept {
+        None => all.source.extend((0..points.len()).map(source)),
+        Some(kept) => all.source.extend(kept.iter().map(|&i| source(i as usize))),
+    }
+    Ok(clamped)
 }

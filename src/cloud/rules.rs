@@ -9,7 +9,7 @@ use super::RawCloud;
 use crate::error::{Error, Result};
 
 /// Names under which the class of a point goes.
-const CLASSIFICATION: &str = "classification";
+pub(super) const CLASSIFICATION: &str = "classification";
 
 /// Letters by which a name may be off and still be suggested.
 const SUGGEST_WITHIN: usize = 3;
@@ -102,7 +102,7 @@ pub(super) fn mirror_column(
         let reflectance = rule.reflectance;
         match &rule.select {
             Select::Property(column) => {
-                let values = column_of(cloud, column, name)?;
+                let values = column_of(cloud, column, "a mirror rule", name)?;
                 mirror
                     .par_iter_mut()
                     .zip(values)
@@ -113,7 +113,7 @@ pub(super) fn mirror_column(
                     });
             }
             Select::Classification(classes) => {
-                let values = column_of(cloud, CLASSIFICATION, name)?;
+                let values = column_of(cloud, CLASSIFICATION, "a mirror rule", name)?;
                 mirror
                     .par_iter_mut()
                     .zip(values)
@@ -161,8 +161,13 @@ fn select_places(
         });
 }
 
-/// The column of that name, or an error that names those there are.
-fn column_of<'a>(cloud: &'a RawCloud, wanted: &str, name: &str) -> Result<&'a [f32]> {
+/// The column of that name, or an error that says who asks and names those there are.
+pub(super) fn column_of<'a>(
+    cloud: &'a RawCloud,
+    wanted: &str,
+    asker: &str,
+    name: &str,
+) -> Result<&'a [f32]> {
     let own = [
         ("mirror", &cloud.mirror),
         ("specular", &cloud.specular),
@@ -182,10 +187,10 @@ fn column_of<'a>(cloud: &'a RawCloud, wanted: &str, name: &str) -> Result<&'a [f
     kept.map(|(_, values)| values)
         .or(own)
         .map(Vec::as_slice)
-        .ok_or_else(|| missing_column(cloud, wanted, name))
+        .ok_or_else(|| missing_column(cloud, wanted, asker, name))
 }
 
-fn missing_column(cloud: &RawCloud, wanted: &str, name: &str) -> Error {
+fn missing_column(cloud: &RawCloud, wanted: &str, asker: &str, name: &str) -> Error {
     let there = &cloud.column_names;
     let distance =
         |other: &String| strsim::levenshtein(&other.to_lowercase(), &wanted.to_lowercase());
@@ -204,9 +209,8 @@ fn missing_column(cloud: &RawCloud, wanted: &str, name: &str) -> Error {
     } else {
         there.join(", ")
     };
-    let problem = format!(
-        "a mirror rule asks for its column `{wanted}`, which it lacks{hint} (it has: {list})"
-    );
+    let problem =
+        format!("{asker} asks for its column `{wanted}`, which it lacks{hint} (it has: {list})");
     Error::cloud(Path::new(name), problem)
 }
 

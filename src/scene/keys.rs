@@ -9,6 +9,7 @@ pub(super) const ROOT: &[&str] = &[
     "mirror",
     "light",
     "environment",
+    "clip",
     "camera",
     "settings",
 ];
@@ -23,6 +24,8 @@ pub(super) const CLOUD: &[&str] = &[
     "colour_bits",
     "transform",
     "material",
+    "colour",
+    "visible",
     "mirror",
 ];
 /// Keys of a cloud's `material`.
@@ -37,7 +40,7 @@ pub(super) const RULE: &[&str] = &[
 ];
 /// Those of them that choose points; a rule has one.
 pub(super) const SELECTIONS: &[&str] = &["property", "classification", "box", "near_plane"];
-/// Keys of a rule's `box`.
+/// Keys of a rule's `box`, and of `[clip]`.
 pub(super) const BOX: &[&str] = &["min", "max"];
 /// Keys of a rule's `near_plane`.
 pub(super) const NEAR_PLANE: &[&str] = &["point", "normal", "distance"];
@@ -86,6 +89,7 @@ pub(super) fn patterns() -> Vec<String> {
     let mut all: Vec<String> = Settings::describe().into_iter().map(|d| d.key).collect();
     all.extend(under("camera", CAMERA));
     all.extend(under("environment", ENVIRONMENT));
+    all.extend(under("clip", BOX));
     all.extend(
         under("cloud.N", CLOUD)
             .into_iter()

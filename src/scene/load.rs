@@ -4,16 +4,16 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
+use super::cache::{Key, PointCache};
 use super::{CloudSource, MirrorShape, Scene, SceneCloud, SceneEnvironment};
 use crate::camera::Camera;
 use crate::cloud::generate::{Shape, generate, sample_mirror};
 use crate::cloud::{
-    Bounds, Facts, Material, PlacedCloud, RawCloud, ReadOptions, Surfels, TriangleMesh, UpAxis,
-    is_sound, prepare, read_cloud, typical_spacing,
+    Bounds, CloudPoints, ColourBy, Facts, Look, Material, ReadOptions, Surfels, TriangleMesh,
+    UpAxis, assemble, read_cloud,
 };
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frame::View;
 use crate::gi::SpotLight;
 use crate::gi::environment::{Environment, Sky};
@@ -21,6 +21,9 @@ use crate::gi::sky_map::SkyMap;
 use crate::job::Job;
 use crate::plan::{Plan, SceneFacts};
 use crate::settings::Settings;
+
+/// Memory that a point takes beside what is kept of it for editing: packed, shuffled, on a device.
+const EDITING_BYTES_PER_POINT: u64 = 128;
 
 /// A scene with all of its points, ready to be drawn.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,32 +81,63 @@ impl LoadedScene {
 }
 
 impl Scene {
-    /// Reads and generates every cloud, puts the mirrors in, and completes the camera.
+    /// Reads and generates every visible cloud, puts the mirrors in, and completes the camera.
     ///
     /// # Errors
     /// What reading, generating and preparing meet; [`crate::Error::Scene`] or [`crate::Error::Override`] for a camera
     /// that cannot see.
     pub fn load(&self, job: &Job) -> Result<LoadedScene> {
+        self.load_with(&mut PointCache::default(), job)
+    }
+
+    /// The same, with what was kept of an earlier loading.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load_with(&self, cache: &mut PointCache, job: &Job) -> Result<LoadedScene> {
         // A missing map is noticed before the clouds are read.
         let sky = self.environment.as_ref().map(SceneEnvironment::load);
         let sky = sky.transpose()?;
-        let mut clouds = Vec::with_capacity(self.clouds.len() + self.mirrors.len());
+        let mut parts = Vec::with_capacity(self.clouds.len() + self.mirrors.len());
+        let mut wanted = Vec::new();
         for cloud in &self.clouds {
-            clouds.push(cloud.load(job)?);
+            let key = Key::of_cloud(cloud, cloud.columns(cache.keeps()));
+            wanted.push(key.clone());
+            if cloud.visible {
+                let columns = cloud.columns(cache.keeps());
+                let points = cache.get_or(key, || cloud.load(columns, job))?;
+                parts.push((points, cloud.look(self.clip)));
+            }
         }
-        let up_axis = self.up_axis(&clouds);
+        if parts.is_empty() {
+            return Err(Error::NoPoints(
+                "every cloud of the scene is hidden; make one visible".to_owned(),
+            ));
+        }
+        let up_axis = self.up_axis(&parts);
         if !self.mirrors.is_empty() {
-            let spacing = spacing_of(&clouds, job)?;
+            let spacing = spacing_of(&parts);
             for (index, mirror) in self.mirrors.iter().enumerate() {
-                let raw = sample_mirror(&mirror.load(job)?, spacing, index as u64, job)?;
-                clouds.push(placed(raw, format!("mirror {index}")));
+                let name = format!("mirror {index}");
+                let key = Key::of_mirror(mirror, spacing, index);
+                wanted.push(key.clone());
+                let points = cache.get_or(key, || {
+                    let raw = sample_mirror(&mirror.load(job)?, spacing, index as u64, job)?;
+                    CloudPoints::new(raw, None, &name, job)
+                })?;
+                let look = Look {
+                    name,
+                    ..Look::default()
+                };
+                parts.push((points, look));
             }
         }
 
         // Normals that are missing turn to the eye, which a fitted camera places by the bounds.
-        let bounds = bounds_of(&clouds);
-        let viewpoint = self.camera(bounds, up_axis)?.position;
-        let prepared = prepare(clouds, viewpoint, job)?;
+        let viewpoint = self.camera(bounds_of(&parts), up_axis)?.position;
+        let count: u64 = parts.iter().map(|(points, _)| points.len() as u64).sum();
+        cache.keep(&wanted, count * EDITING_BYTES_PER_POINT);
+        let prepared = assemble(parts, viewpoint, job)?;
         let camera = self.camera(prepared.facts.bounds, up_axis)?;
         let origin = prepared.surfels.origin;
         // What is up on screen is another axis where the camera looks straight down.
@@ -141,33 +175,56 @@ impl Scene {
         inputs
     }
 
-    /// What the first cloud says, or else its file, or else what is usual for its kind.
-    fn up_axis(&self, clouds: &[PlacedCloud]) -> UpAxis {
+    /// What the first cloud says, or else the file of the first that is visible, or else what is usual for its kind.
+    fn up_axis(&self, parts: &[(Arc<CloudPoints>, Look)]) -> UpAxis {
         let stated = self.clouds.first().and_then(|cloud| cloud.up_axis);
         stated
-            .or_else(|| clouds.first().and_then(|cloud| cloud.raw.up_axis))
+            .or_else(|| parts.first().and_then(|(points, _)| points.up_axis()))
             .unwrap_or(UpAxis::Z)
     }
 }
 
 impl SceneCloud {
-    fn load(&self, job: &Job) -> Result<PlacedCloud> {
+    /// For people: the file, or what is generated.
+    pub fn name(&self) -> String {
+        match &self.source {
+            CloudSource::File(path) => path.display().to_string(),
+            CloudSource::Generated { name, .. } => name.to_string(),
+        }
+    }
+
+    /// The columns that are asked for beside those that every cloud may have.
+    fn columns(&self, for_editing: bool) -> Vec<String> {
+        let of_rules = self.mirrors.iter().filter_map(|rule| rule.select.column());
+        let class = ColourBy::Class.column().filter(|_| for_editing);
+        let all = of_rules.chain(self.colour.column()).chain(class);
+        let mut columns: Vec<String> = all.map(str::to_owned).collect();
+        columns.sort_unstable();
+        columns.dedup();
+        columns
+    }
+
+    fn look(&self, clip: Option<Bounds>) -> Look {
+        Look {
+            name: self.name(),
+            material: Material {
+                specular: self.specular,
+                shininess: self.shininess,
+            },
+            mirrors: self.mirrors.clone(),
+            colour: self.colour,
+            clip,
+        }
+    }
+
+    fn load(&self, columns: Vec<String>, job: &Job) -> Result<CloudPoints> {
         let raw = match &self.source {
             CloudSource::File(path) => {
-                let columns = self
-                    .mirrors
-                    .iter()
-                    .filter_map(|rule| rule.select.column())
-                    .map(str::to_owned)
-                    .collect();
-                read_cloud(
-                    path,
-                    &ReadOptions {
-                        columns,
-                        colour_bits: self.colour_bits,
-                    },
-                    job,
-                )?
+                let options = ReadOptions {
+                    columns,
+                    colour_bits: self.colour_bits,
+                };
+                read_cloud(path, &options, job)?
             }
             CloudSource::Generated {
                 name,
@@ -175,26 +232,11 @@ impl SceneCloud {
                 seed,
                 mesh,
             } => {
-                let mesh = mesh
-                    .as_ref()
-                    .map(|path| TriangleMesh::read(path, job))
-                    .transpose()?;
-                generate(*name, *points, *seed, mesh.as_ref(), job)?
+                let mesh = mesh.as_ref().map(|path| TriangleMesh::read(path, job));
+                generate(*name, *points, *seed, mesh.transpose()?.as_ref(), job)?
             }
         };
-        let name = match &self.source {
-            CloudSource::File(path) => path.display().to_string(),
-            CloudSource::Generated { name, .. } => name.to_string(),
-        };
-        Ok(PlacedCloud {
-            transform: self.transform,
-            material: Material {
-                specular: self.specular,
-                shininess: self.shininess,
-            },
-            mirrors: self.mirrors.clone(),
-            ..placed(raw, name)
-        })
+        CloudPoints::new(raw, self.transform.as_ref(), &self.name(), job)
     }
 }
 
@@ -219,47 +261,30 @@ impl MirrorShape {
     }
 }
 
-fn placed(raw: RawCloud, name: String) -> PlacedCloud {
-    PlacedCloud {
-        raw,
-        transform: None,
-        material: Material::default(),
-        mirrors: Vec::new(),
-        name,
-    }
-}
-
 /// The spacing at which mirrors are sampled: that of the densest cloud.
-fn spacing_of(clouds: &[PlacedCloud], job: &Job) -> Result<f64> {
-    let mut densest = f64::INFINITY;
-    for cloud in clouds {
-        densest = densest.min(typical_spacing(cloud, job)?);
-    }
-    Ok(densest)
+fn spacing_of(parts: &[(Arc<CloudPoints>, Look)]) -> f64 {
+    let spacings = parts
+        .iter()
+        .filter_map(|(points, _)| points.typical_spacing());
+    let densest = spacings.fold(f64::INFINITY, f64::min);
+    if densest.is_finite() { densest } else { 1.0 }
 }
 
-/// The box of all points that are drawn, in the scene's frame; a point at 0 where there is none.
-fn bounds_of(clouds: &[PlacedCloud]) -> Bounds {
-    let of_cloud = |cloud: &PlacedCloud| {
-        let place = |p: &DVec3| {
-            cloud
-                .transform
-                .map_or(*p, |transform| transform.transform_point3(*p))
-        };
-        let chunks = cloud.raw.positions.par_chunks(1 << 16);
-        let boxes = chunks.map(|chunk| Bounds::of(chunk.iter().map(place).filter(is_sound)));
-        boxes.reduce(|| Bounds::of([]), Bounds::union)
-    };
-    let bounds = clouds
-        .iter()
-        .map(of_cloud)
+/// The box of all points that may be drawn, in the scene's frame; a point at 0 where there is none.
+fn bounds_of(parts: &[(Arc<CloudPoints>, Look)]) -> Bounds {
+    let seen = parts.iter().map(|(points, look)| match look.clip {
+        Some(clip) => points.bounds().intersection(clip),
+        None => points.bounds(),
+    });
+    let bounds = seen
+        .filter(|bounds| !bounds.is_empty())
         .fold(Bounds::of([]), Bounds::union);
-    if bounds.min.cmple(bounds.max).all() {
-        bounds
-    } else {
+    if bounds.is_empty() {
         Bounds {
             min: DVec3::ZERO,
             max: DVec3::ZERO,
         }
+    } else {
+        bounds
     }
 }

@@ -9,11 +9,12 @@ use std::path::{Path, PathBuf};
 use glam::{DMat4, DVec3, UVec2, Vec3};
 
 use crate::cloud::generate::{SceneName, Shape};
-use crate::cloud::{ColourBits, MirrorRule, UpAxis};
+use crate::cloud::{Bounds, ColourBits, ColourBy, MirrorRule, UpAxis};
 use crate::error::{Error, Result};
 use crate::gi::SpotLight;
 use crate::settings::Settings;
 
+mod cache;
 mod camera;
 mod fit;
 mod keys;
@@ -23,7 +24,9 @@ mod read;
 mod reader;
 mod settings;
 mod tree;
+mod write;
 
+pub use cache::PointCache;
 pub use camera::{DEFAULT_FOV_Y_DEGREES, DEFAULT_SIZE, default_camera};
 pub use load::LoadedScene;
 pub use overrides::Override;
@@ -50,6 +53,9 @@ pub struct Scene {
     pub lights: Vec<SceneLight>,
     /// Light from everywhere.
     pub environment: Option<SceneEnvironment>,
+    /// Only what lies in this box is drawn of the clouds, borders included; mirrors put into the scene stay whole. Sides
+    /// that are not given are infinite.
+    pub clip: Option<Bounds>,
     /// What the scene says of the camera; [`Scene::camera`] completes it.
     pub camera: SceneCamera,
     /// Every setting.
@@ -73,6 +79,10 @@ pub struct SceneCloud {
     pub shininess: f32,
     /// Which points are mirrors; several rules add up.
     pub mirrors: Vec<MirrorRule>,
+    /// What gives its points their albedo.
+    pub colour: ColourBy,
+    /// Whether it is drawn; one that is not is not read.
+    pub visible: bool,
 }
 
 /// Where the points of a cloud come from.
@@ -201,6 +211,8 @@ impl Scene {
         self.clouds == other.clouds
             && self.mirrors == other.mirrors
             && self.lights == other.lights
+            && self.environment == other.environment
+            && self.clip == other.clip
             && self.camera.sees_as(&other.camera)
     }
 

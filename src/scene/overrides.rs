@@ -92,9 +92,16 @@ impl Override {
                 .origin
                 .error(format!("there is no key {key:?}; {remedy}")));
         }
-        let scene_key = ["camera.", "cloud.", "environment.", "light.", "mirror."]
-            .iter()
-            .any(|table| key.starts_with(table));
+        let scene_key = [
+            "camera.",
+            "clip.",
+            "cloud.",
+            "environment.",
+            "light.",
+            "mirror.",
+        ]
+        .iter()
+        .any(|table| key.starts_with(table));
         let segments = if scene_key { None } else { Some("settings") }
             .into_iter()
             .chain(key.split('.'));

@@ -51,6 +51,7 @@ fn overridden<'a>(
         mirrors: each(&root, "mirror", mirror::read)?,
         lights: each(&root, "light", view::light)?,
         environment: root.optional("environment", |field| view::environment(&field))?,
+        clip: root.optional("clip", |field| cloud::clip(&field))?,
         camera: match root.get("camera") {
             Some(field) => view::camera(&field)?,
             None => SceneCamera::unstated(Origins::of_table(document.origin.clone())),

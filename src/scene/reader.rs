@@ -204,6 +204,14 @@ impl<'a> Field<'a> {
         }
     }
 
+    /// True or false.
+    pub(super) fn truth(&self) -> Result<bool> {
+        match self.node.value {
+            Value::Boolean(truth) => Ok(truth),
+            _ => self.must_be("true or false"),
+        }
+    }
+
     /// A string.
     pub(super) fn text(&self) -> Result<&'a str> {
         match &self.node.value {
@@ -270,9 +278,13 @@ impl<'a> Field<'a> {
             .map(DVec3::from_array)
     }
 
-    /// A direction as a unit vector.
+    /// A direction as a unit vector; one that is of unit length, but for rounding, stays as it is.
     pub(super) fn direction(&self) -> Result<DVec3> {
-        match self.point()?.try_normalize() {
+        let point = self.point()?;
+        if (point.length_squared() - 1.0).abs() < 4.0 * f64::EPSILON {
+            return Ok(point);
+        }
+        match point.try_normalize() {
             Some(direction) => Ok(direction),
             None => self.error("is [0, 0, 0]; it must point somewhere"),
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use catoptric::cloud::{MirrorRule, PlacedCloud, Prepared, RawCloud, Select, prepare};
+use catoptric::cloud::{Look, MirrorRule, PlacedCloud, Prepared, RawCloud, Select, prepare};
 use catoptric::{Error, Job};
 use glam::{DMat4, DVec3, Vec3};
 use libtest_mimic::{Failed, Trial};
@@ -38,13 +38,7 @@ pub(super) fn tests() -> Vec<Trial> {
 }
 
 fn placed(raw: RawCloud) -> PlacedCloud {
-    PlacedCloud {
-        raw,
-        transform: None,
-        material: Default::default(),
-        mirrors: Vec::new(),
-        name: "cloud".to_owned(),
-    }
+    raw.into()
 }
 
 fn prepared(raw: RawCloud) -> catoptric::Result<Prepared> {
@@ -310,6 +304,18 @@ fn origins() -> Result<(), Failed> {
     Ok(())
 }
 
+/// The look of a cloud, some of whose points are mirrors.
+fn marked(select: Select, reflectance: f32) -> Look {
+    Look {
+        name: "cloud".to_owned(),
+        mirrors: vec![MirrorRule {
+            select,
+            reflectance,
+        }],
+        ..Look::default()
+    }
+}
+
 fn rules() -> Result<(), Failed> {
     let select = Select::Box {
         min: DVec3::new(10.0, 0.0, -1.0),
@@ -317,10 +323,7 @@ fn rules() -> Result<(), Failed> {
     };
     let cloud = PlacedCloud {
         transform: Some(DMat4::from_translation(DVec3::X * 10.0)),
-        mirrors: vec![MirrorRule {
-            select,
-            reflectance: 0.5,
-        }],
+        look: marked(select, 0.5),
         ..placed(of_positions(grid(4, 1.0)))
     };
     let prepared = prepare(vec![cloud.clone()], DVec3::Z, &Job::default())?;
@@ -330,10 +333,7 @@ fn rules() -> Result<(), Failed> {
     )?;
     let select = Select::Property("mirror".to_owned());
     let cloud = PlacedCloud {
-        mirrors: vec![MirrorRule {
-            select,
-            reflectance: 1.0,
-        }],
+        look: marked(select, 1.0),
         ..cloud
     };
     let said = prepare(vec![cloud], DVec3::Z, &Job::default())

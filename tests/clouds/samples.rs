@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use catoptric::Job;
-use catoptric::cloud::{ColourBits, PlacedCloud, ReadOptions, UpAxis, prepare, read_cloud};
+use catoptric::cloud::{ColourBits, ReadOptions, UpAxis, prepare, read_cloud};
 use glam::{DVec3, Vec3};
 use libtest_mimic::{Failed, Trial};
 
@@ -113,15 +113,8 @@ fn autzen(folder: &Path) -> Result<(), Failed> {
 fn autzen_surfels(folder: &Path) -> Result<(), Failed> {
     let raw = read(&folder.join("autzen_trim_110k_8bitrgb.laz"))?;
     let positions = raw.positions.clone();
-    let cloud = PlacedCloud {
-        raw,
-        transform: None,
-        material: Default::default(),
-        mirrors: Vec::new(),
-        name: "autzen".to_owned(),
-    };
     let viewpoint = DVec3::new(636_600.0, 848_600.0, 1_500.0);
-    let prepared = prepare(vec![cloud], viewpoint, &Job::default())?;
+    let prepared = prepare(vec![raw.into()], viewpoint, &Job::default())?;
     let (surfels, facts) = (&prepared.surfels, &prepared.facts);
     demand(
         surfels.len() == 110_000,

@@ -1,10 +1,10 @@
 //! Reading `[[cloud]]`: where points come from, where they go, and which of them are mirrors.
 
-use glam::DMat4;
+use glam::{DMat4, DVec3};
 
 use super::each;
 use crate::cloud::generate::{DEFAULT_POINTS, MAX_POINTS, SceneName};
-use crate::cloud::{ColourBits, MirrorRule, Select, UpAxis, transform_fault};
+use crate::cloud::{Bounds, ColourBits, ColourBy, MirrorRule, Select, UpAxis, transform_fault};
 use crate::error::{Error, Result};
 use crate::scene::reader::{COORDINATE, FRACTION, Field, LENGTH, SHININESS, Table};
 use crate::scene::{CloudSource, DEFAULT_SEED, SceneCloud, keys};
@@ -36,7 +36,34 @@ pub(super) fn read(field: &Field<'_>) -> Result<SceneCloud> {
         specular: of_material("specular", &FRACTION, 0.0)?,
         shininess: of_material("shininess", &SHININESS, 1.0)?,
         mirrors: each(&table, "mirror", rule)?,
+        colour: table.optional("colour", colour)?.unwrap_or_default(),
+        visible: table.optional("visible", |f| f.truth())?.unwrap_or(true),
     })
+}
+
+/// The `[clip]`: sides that are not given are infinite.
+pub(in crate::scene) fn clip(field: &Field<'_>) -> Result<Bounds> {
+    let table = field.table(keys::BOX)?;
+    let min = table.optional("min", |f| f.point())?;
+    let max = table.optional("max", |f| f.point())?;
+    let bounds = Bounds {
+        min: min.unwrap_or(DVec3::NEG_INFINITY),
+        max: max.unwrap_or(DVec3::INFINITY),
+    };
+    if bounds.is_empty() {
+        let origins = table.origins();
+        return Err(origins.to_blame(&["max", "min"]).error(format!(
+            "{}.max is below {}.min; max must be at least min on every axis",
+            table.name, table.name
+        )));
+    }
+    Ok(bounds)
+}
+
+fn colour(field: Field<'_>) -> Result<ColourBy> {
+    let word = field.choice(&ColourBy::ALL.map(ColourBy::name))?;
+    let named = ColourBy::ALL.into_iter().find(|by| by.name() == word);
+    Ok(named.unwrap_or_default())
 }
 
 fn source(table: &Table<'_>) -> Result<CloudSource> {

@@ -49,7 +49,12 @@ pub(super) fn read(field: &Field<'_>) -> Result<MirrorShape> {
             let size = table
                 .required("size", "[width, height]")?
                 .numbers("[width, height]", &LENGTH)?;
-            let up = up.reject_from_normalized(normal).normalize_or(up);
+            // One that lies across, but for rounding, stays as it is.
+            let up = if up.dot(normal).abs() < 4.0 * f64::EPSILON {
+                up
+            } else {
+                up.reject_from_normalized(normal).normalize_or(up)
+            };
             Shape::Plane {
                 centre: point("centre")?,
                 normal,

@@ -1,11 +1,9 @@
-//! One cloud in the scene's frame: moved, cleaned, coloured, its mirrors found.
+//! What is done to the columns of a cloud before anything is made of them: moved, checked, brought into range.
 
 use glam::{DMat4, DVec3, Mat3, Vec3};
 use rayon::prelude::*;
 
-use super::rules::mirror_column;
-use super::tint::{by_height, by_intensity};
-use super::{Bounds, CloudFacts, MAX_SHININESS, Material, PlacedCloud, RawCloud, Repairs, UpAxis};
+use super::{MAX_SHININESS, RawCloud, Repairs};
 use crate::error::{Error, Result};
 
 /// Farther from 0 no survey reaches, and squares of distances would leave single precision.
@@ -17,72 +15,15 @@ const FLAT: f64 = 1e-9;
 /// Values beyond their range by less than this are rounding.
 const VALUE_EPS: f32 = 1e-3;
 
-/// A cloud in the scene's frame. All columns are as long as `positions`.
-pub(super) struct Placed {
-    pub(super) positions: Vec<DVec3>,
-    /// Unit length, or zero where the file's was unusable.
-    pub(super) normals: Option<Vec<Vec3>>,
-    pub(super) albedo: Vec<Vec3>,
-    pub(super) mirror: Option<Vec<f32>>,
-    pub(super) specular: Option<Vec<f32>>,
-    pub(super) shininess: Option<Vec<f32>>,
-    /// In the scene's frame; 0 where the file's was unusable.
-    pub(super) radii: Option<Vec<f32>>,
-    pub(super) material: Material,
-    /// Index in the order of all sources.
-    pub(super) source: Vec<u32>,
-    pub(super) bounds: Bounds,
-    pub(super) repairs: Repairs,
-    pub(super) facts: CloudFacts,
-}
-
-/// Places a cloud whose first point has the index `first` among all sources.
-pub(super) fn place(cloud: PlacedCloud, first: u32) -> Result<Placed> {
-    let PlacedCloud {
-        mut raw,
-        transform,
-        material,
-        mirrors,
-        name,
-    } = cloud;
-    check_lengths(&raw, &name)?;
-    if let Some(transform) = transform {
-        if let Some(fault) = transform_fault(&transform) {
-            return Err(Error::Setting(format!("the transform of {name} {fault}")));
-        }
-        raw.positions
+/// Brings values into their ranges; counts those that were outside.
+pub(super) fn clean(raw: &mut RawCloud, repairs: &mut Repairs) {
+    if let Some(albedo) = &mut raw.albedo {
+        repairs.values += albedo
             .par_iter_mut()
-            .for_each(|p| *p = transform.transform_point3(*p));
-        move_directions(&mut raw, &transform);
+            .map(|rgb| u64::from(clamp_colour(rgb)))
+            .sum::<u64>();
     }
-    let source = drop_lost_points(&mut raw, first);
-    let mut repairs = raw.repairs;
-
-    let mut mirror = mirror_column(&raw, &raw.positions, &mirrors, &name)?;
-    let facts = CloudFacts {
-        name,
-        format: raw.format.clone(),
-        points: raw.len() as u64,
-        has_colour: raw.albedo.is_some(),
-        has_normals: raw.normals.is_some(),
-        has_intensity: raw.intensity.is_some(),
-        column_names: std::mem::take(&mut raw.column_names),
-        unit: raw.unit.take(),
-        up_axis: raw.up_axis,
-    };
-    let mut albedo = match (
-        raw.albedo.take(),
-        raw.intensity.as_deref().and_then(by_intensity),
-    ) {
-        (Some(albedo), _) | (None, Some(albedo)) => albedo,
-        (None, None) => by_height(&raw.positions, raw.up_axis.unwrap_or(UpAxis::Z).vector()),
-    };
-    repairs.values += albedo
-        .par_iter_mut()
-        .map(|rgb| u64::from(clamp_colour(rgb)))
-        .sum::<u64>();
     for (column, largest) in [
-        (&mut mirror, 1.0),
         (&mut raw.specular, 1.0),
         (&mut raw.shininess, MAX_SHININESS),
     ] {
@@ -99,32 +40,9 @@ pub(super) fn place(cloud: PlacedCloud, first: u32) -> Result<Placed> {
             .par_iter_mut()
             .for_each(|normal| *normal = normal.normalize_or_zero());
     }
-    let bounds = bounds_of(&raw.positions);
-    Ok(Placed {
-        positions: raw.positions,
-        normals: raw.normals,
-        albedo,
-        mirror,
-        specular: raw.specular,
-        shininess: raw.shininess,
-        radii: raw.radii,
-        material,
-        source,
-        bounds,
-        repairs,
-        facts,
-    })
 }
 
-fn bounds_of(positions: &[DVec3]) -> Bounds {
-    let none = || Bounds::of([]);
-    positions
-        .par_chunks(1 << 14)
-        .map(|chunk| Bounds::of(chunk.iter().copied()))
-        .reduce(none, Bounds::union)
-}
-
-fn check_lengths(raw: &RawCloud, name: &str) -> Result<()> {
+pub(super) fn check_lengths(raw: &RawCloud, name: &str) -> Result<()> {
     let count = raw.len();
     let vectors = [&raw.normals, &raw.albedo]
         .into_iter()
@@ -170,7 +88,7 @@ pub(crate) fn transform_fault(scene_from_cloud: &DMat4) -> Option<&'static str> 
 }
 
 /// Normals turn by the inverse transpose; radii grow by the mean scale.
-fn move_directions(raw: &mut RawCloud, transform: &DMat4) {
+pub(super) fn move_directions(raw: &mut RawCloud, transform: &DMat4) {
     if let Some(normals) = &mut raw.normals {
         let matrix: Mat3 = glam::DMat3::from_mat4(*transform)
             .inverse()
@@ -191,13 +109,14 @@ pub(crate) fn is_sound(p: &DVec3) -> bool {
     p.is_finite() && p.abs().max_element() <= FARTHEST
 }
 
-/// Drops points without finite coordinates from every column and counts them; gives the source index of the others.
-fn drop_lost_points(raw: &mut RawCloud, first: u32) -> Vec<u32> {
-    let indices = first..first + raw.len() as u32;
+/// Drops points without finite coordinates from every column and counts them; gives the index that the others had, where
+/// some were dropped.
+pub(super) fn drop_lost_points(raw: &mut RawCloud) -> Option<Vec<u32>> {
+    let indices = 0..raw.len() as u32;
     let kept: Vec<bool> = raw.positions.par_iter().map(is_sound).collect();
     let lost = kept.iter().filter(|&&kept| !kept).count() as u64;
     if lost == 0 {
-        return indices.collect();
+        return None;
     }
     raw.repairs.not_finite += lost;
     retain(&mut raw.positions, &kept);
@@ -218,10 +137,12 @@ fn drop_lost_points(raw: &mut RawCloud, first: u32) -> Vec<u32> {
     {
         retain(column, &kept);
     }
-    indices
-        .zip(kept)
-        .filter_map(|(index, kept)| kept.then_some(index))
-        .collect()
+    let still = indices.zip(kept);
+    Some(
+        still
+            .filter_map(|(index, kept)| kept.then_some(index))
+            .collect(),
+    )
 }
 
 fn retain<T>(column: &mut Vec<T>, kept: &[bool]) {
@@ -241,7 +162,7 @@ fn clamp_colour(rgb: &mut Vec3) -> bool {
     !sound
 }
 
-fn clamp_column(column: &mut Option<Vec<f32>>, largest: f32) -> u64 {
+pub(super) fn clamp_column(column: &mut Option<Vec<f32>>, largest: f32) -> u64 {
     let values = column.iter_mut().flat_map(|column| column.iter_mut());
     let mut clamped = 0;
     for value in values {

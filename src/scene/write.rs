@@ -1,0 +1,504 @@
+//! A scene back to its file: what has not changed stays as it was written, comments and all.
+
+use std::path::{Path, PathBuf};
+
+use glam::{DVec3, Vec3};
+use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
+
+use super::{
+    CloudSource, FORMAT, MirrorShape, Scene, SceneCamera, SceneCloud, SceneEnvironment, SceneLight,
+    read_text,
+};
+use crate::cloud::generate::Shape;
+use crate::cloud::{Bounds, ColourBits, ColourBy, MirrorRule, Select, UpAxis};
+use crate::error::{Error, Result};
+use crate::job::Job;
+use crate::output::Outputs;
+use crate::settings::Settings;
+
+impl Scene {
+    /// Writes the scene to the file `path`, and gives it as it is read from there. Where `path`, or else the file that the
+    /// scene came from, is a scene file, its comments stay wherever nothing has changed.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a path that is no text, [`Error::Write`].
+    pub fn save(&self, path: &Path) -> Result<Self> {
+        let of = |file: &Path| {
+            super::is_scene_file(file)
+                .then(|| read_text(file).ok())
+                .flatten()
+        };
+        let like = of(path).or_else(|| of(&self.file));
+        let text = self.to_toml(path, like.as_deref())?;
+        // What cannot be read back is not written.
+        let read = Self::parse(&text, path, &[])?;
+        let mut outputs = Outputs::default();
+        outputs.stage(path, |file| file.write_all(text.as_bytes()))?;
+        outputs.commit(&Job::default())?;
+        Ok(read)
+    }
+
+    /// The text of a scene file that would lie at `path`. What `like`, the text of another one, says in the same way stays
+    /// as it is there.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a path that is no text.
+    pub fn to_toml(&self, path: &Path, like: Option<&str>) -> Result<String> {
+        let old = like.and_then(|text| {
+            let document: DocumentMut = text.parse().ok()?;
+            Some((document, Self::parse(text, path, &[]).ok()?))
+        });
+        let (mut document, old) = match old {
+            Some((document, old)) => (document, Some(old)),
+            None => (DocumentMut::new(), None),
+        };
+        if old.is_none() {
+            document.insert("format", value(FORMAT));
+        }
+        let folder = absolute(path.parent().unwrap_or(Path::new("")));
+        let writer = Writer { folder };
+        let old = old.as_ref();
+        let lists: [(&str, Vec<Table>, Vec<bool>); 3] = [
+            (
+                "cloud",
+                writer.each(&self.clouds, Writer::cloud)?,
+                same(&self.clouds, old.map(|o| &o.clouds), |a, b| {
+                    same_cloud(a, b)
+                }),
+            ),
+            (
+                "mirror",
+                writer.each(&self.mirrors, Writer::mirror)?,
+                same(&self.mirrors, old.map(|o| &o.mirrors), same_mirror),
+            ),
+            (
+                "light",
+                writer.each(&self.lights, |_, light| Ok(light_table(light)))?,
+                same(&self.lights, old.map(|o| &o.lights), |a, b| a == b),
+            ),
+        ];
+        for (key, tables, same) in lists {
+            put_list(&mut document, key, tables, &same);
+        }
+        if old.is_none_or(|old| !same_environment(&old.environment, &self.environment)) {
+            let environment = self.environment.as_ref();
+            let environment = environment.map(|e| writer.environment(e)).transpose()?;
+            put(&mut document, "environment", environment);
+        }
+        if old.is_none_or(|old| old.clip != self.clip) {
+            put(&mut document, "clip", self.clip.map(clip_table));
+        }
+        if old.is_none_or(|old| !old.camera.sees_as(&self.camera)) {
+            let camera = camera_table(&self.camera);
+            put(
+                &mut document,
+                "camera",
+                (!camera.is_empty()).then_some(camera),
+            );
+        }
+        if old.is_none_or(|old| old.settings != self.settings) {
+            let settings = settings_table(&self.settings);
+            put(
+                &mut document,
+                "settings",
+                (!settings.is_empty()).then_some(settings),
+            );
+        }
+        Ok(document.to_string())
+    }
+}
+
+/// Replaces a table, or removes it.
+fn put(document: &mut DocumentMut, key: &str, table: Option<Table>) {
+    match table {
+        Some(table) => document.insert(key, Item::Table(table)),
+        None => document.remove(key),
+    };
+}
+
+/// Replaces a list of tables but for those that are the `same`.
+fn put_list(document: &mut DocumentMut, key: &str, tables: Vec<Table>, same: &[bool]) {
+    if tables.is_empty() {
+        document.remove(key);
+        return;
+    }
+    let list = document
+        .entry(key)
+        .or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
+    let Some(list) = list.as_array_of_tables_mut() else {
+        // Written in one line: it is spelt out.
+        document.insert(key, Item::ArrayOfTables(tables.into_iter().collect()));
+        return;
+    };
+    while list.len() > tables.len() {
+        list.remove(list.len() - 1);
+    }
+    for (index, table) in tables.into_iter().enumerate() {
+        match list.get_mut(index) {
+            Some(_) if same.get(index) == Some(&true) => {}
+            Some(old) => {
+                let decor = old.decor().clone();
+                *old = table;
+                *old.decor_mut() = decor;
+            }
+            None => list.push(table),
+        }
+    }
+}
+
+/// Which of the new entries are as they were.
+fn same<T>(new: &[T], old: Option<&Vec<T>>, equal: impl Fn(&T, &T) -> bool) -> Vec<bool> {
+    let old = old.map_or(&[][..], Vec::as_slice);
+    new.iter().zip(old).map(|(a, b)| equal(a, b)).collect()
+}
+
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| {
+        std::env::current_dir().map_or_else(|_| path.to_owned(), |folder| folder.join(path))
+    })
+}
+
+fn same_cloud(a: &SceneCloud, b: &SceneCloud) -> bool {
+    let whole = |cloud: &SceneCloud| {
+        let mut cloud = cloud.clone();
+        match &mut cloud.source {
+            CloudSource::File(path) => *path = absolute(path),
+            CloudSource::Generated { mesh, .. } => *mesh = mesh.as_deref().map(absolute),
+        }
+        cloud
+    };
+    whole(a) == whole(b)
+}
+
+fn same_mirror(a: &MirrorShape, b: &MirrorShape) -> bool {
+    match (a, b) {
+        (MirrorShape::Mesh { path: a }, MirrorShape::Mesh { path: b }) => {
+            absolute(a) == absolute(b)
+        }
+        _ => a == b,
+    }
+}
+
+fn same_environment(a: &Option<SceneEnvironment>, b: &Option<SceneEnvironment>) -> bool {
+    match (a, b) {
+        (Some(SceneEnvironment::Map { path: a }), Some(SceneEnvironment::Map { path: b })) => {
+            absolute(a) == absolute(b)
+        }
+        _ => a == b,
+    }
+}
+
+/// Writes what has paths in it.
+struct Writer {
+    /// Of the scene file; absolute.
+    folder: PathBuf,
+}
+
+impl Writer {
+    fn each<T>(
+        &self,
+        items: &[T],
+        write: impl Fn(&Self, &T) -> Result<Table>,
+    ) -> Result<Vec<Table>> {
+        items.iter().map(|item| write(self, item)).collect()
+    }
+
+    /// Relative to the scene file where it lies beside or below it.
+    fn path(&self, path: &Path) -> Result<Value> {
+        let whole = absolute(path);
+        let short = whole.strip_prefix(&self.folder).unwrap_or(&whole);
+        let text = short.to_str().ok_or_else(|| {
+            Error::Setting(format!(
+                "{} cannot be named in a scene file, since its name is not UTF-8; rename it",
+                path.display()
+            ))
+        })?;
+        Ok(text.into())
+    }
+
+    fn cloud(&self, cloud: &SceneCloud) -> Result<Table> {
+        let mut table = Table::new();
+        match &cloud.source {
+            CloudSource::File(path) => table.insert("path", Item::Value(self.path(path)?)),
+            CloudSource::Generated {
+                name,
+                points,
+                seed,
+                mesh,
+            } => {
+                table.insert("generate", value(name.name()));
+                table.insert("points", value(*points as i64));
+                if let Some(mesh) = mesh {
+                    table.insert("mesh", Item::Value(self.path(mesh)?));
+                }
+                table.insert("seed", value(*seed as i64))
+            }
+        };
+        if let Some(axis) = cloud.up_axis {
+            table.insert("up_axis", value(if axis == UpAxis::Y { "y" } else { "z" }));
+        }
+        match cloud.colour_bits {
+            ColourBits::Auto => None,
+            ColourBits::Eight => table.insert("colour_bits", value(8)),
+            ColourBits::Sixteen => table.insert("colour_bits", value(16)),
+        };
+        if let Some(transform) = cloud.transform {
+            let rows = transform.transpose().to_cols_array();
+            table.insert("transform", value(Array::from_iter(rows)));
+        }
+        if (cloud.specular, cloud.shininess) != (0.0, 1.0) {
+            let mut material = InlineTable::new();
+            material.insert("specular", single(cloud.specular).into());
+            material.insert("shininess", single(cloud.shininess).into());
+            table.insert("material", value(material));
+        }
+        if cloud.colour != ColourBy::Auto {
+            table.insert("colour", value(cloud.colour.name()));
+        }
+        if !cloud.visible {
+            table.insert("visible", value(false));
+        }
+        if !cloud.mirrors.is_empty() {
+            let rules: ArrayOfTables = cloud.mirrors.iter().map(rule_table).collect();
+            table.insert("mirror", Item::ArrayOfTables(rules));
+        }
+        Ok(table)
+    }
+
+    fn mirror(&self, mirror: &MirrorShape) -> Result<Table> {
+        let mut table = Table::new();
+        let shape = match mirror {
+            MirrorShape::Mesh { path } => {
+                table.insert("shape", value("mesh"));
+                table.insert("path", Item::Value(self.path(path)?));
+                return Ok(table);
+            }
+            MirrorShape::Shape(shape) => shape,
+        };
+        let mut put = |key: &str, item: Value| {
+            table.insert(key, Item::Value(item));
+        };
+        match shape {
+            Shape::Plane {
+                centre,
+                normal,
+                up,
+                size,
+            } => {
+                put("shape", "plane".into());
+                put("centre", vector(*centre));
+                put("normal", vector(*normal));
+                put("up", vector(*up));
+                put("size", Array::from_iter(size.to_array()).into());
+            }
+            Shape::Sphere { centre, radius } => {
+                put("shape", "sphere".into());
+                put("centre", vector(*centre));
+                put("radius", (*radius).into());
+            }
+            Shape::Paraboloid {
+                vertex,
+                axis,
+                focal_length,
+                rim_radius,
+            } => {
+                put("shape", "paraboloid".into());
+                put("vertex", vector(*vertex));
+                put("axis", vector(*axis));
+                put("focal_length", (*focal_length).into());
+                put("rim_radius", (*rim_radius).into());
+            }
+            Shape::Torus {
+                centre,
+                axis,
+                major_radius,
+                minor_radius,
+            } => {
+                put("shape", "torus".into());
+                put("centre", vector(*centre));
+                put("axis", vector(*axis));
+                put("major_radius", (*major_radius).into());
+                put("minor_radius", (*minor_radius).into());
+            }
+            Shape::Blob {
+                centre,
+                radius,
+                amplitude,
+            } => {
+                put("shape", "blob".into());
+                put("centre", vector(*centre));
+                put("radius", (*radius).into());
+                put("amplitude", (*amplitude).into());
+            }
+            Shape::Bumps { centre, radius } => {
+                put("shape", "bumps".into());
+                put("centre", vector(*centre));
+                put("radius", (*radius).into());
+            }
+            // Only a file names a mesh.
+            Shape::Mesh(_) => {
+                return Err(Error::Setting(
+                    "a mirror's mesh can be named in a scene file by its own file only".to_owned(),
+                ));
+            }
+        }
+        Ok(table)
+    }
+
+    fn environment(&self, environment: &SceneEnvironment) -> Result<Table> {
+        let mut table = Table::new();
+        match environment {
+            SceneEnvironment::Gradient { zenith, horizon } if zenith == horizon => {
+                table.insert("colour", Item::Value(colour(*zenith)));
+            }
+            SceneEnvironment::Gradient { zenith, horizon } => {
+                table.insert("zenith", Item::Value(colour(*zenith)));
+                table.insert("horizon", Item::Value(colour(*horizon)));
+            }
+            SceneEnvironment::Map { path } => {
+                table.insert("map", Item::Value(self.path(path)?));
+            }
+        }
+        Ok(table)
+    }
+}
+
+fn rule_table(rule: &MirrorRule) -> Table {
+    let mut table = Table::new();
+    let (key, select): (&str, Value) = match &rule.select {
+        Select::Property(name) => ("property", name.as_str().into()),
+        Select::Classification(classes) => {
+            let classes = classes.iter().map(|class| i64::from(*class));
+            ("classification", Array::from_iter(classes).into())
+        }
+        Select::Box { min, max } => ("box", corners(*min, *max).into()),
+        Select::NearPlane {
+            point,
+            normal,
+            distance,
+        } => {
+            let mut plane = InlineTable::new();
+            plane.insert("point", vector(*point));
+            plane.insert("normal", vector(*normal));
+            plane.insert("distance", (*distance).into());
+            ("near_plane", plane.into())
+        }
+    };
+    table.insert(key, Item::Value(select));
+    if rule.reflectance != 1.0 {
+        table.insert("reflectance", value(single(rule.reflectance)));
+    }
+    table
+}
+
+fn corners(min: DVec3, max: DVec3) -> InlineTable {
+    let mut corners = InlineTable::new();
+    corners.insert("min", vector(min));
+    corners.insert("max", vector(max));
+    corners
+}
+
+fn clip_table(clip: Bounds) -> Table {
+    let mut table = Table::new();
+    for (key, corner) in [("min", clip.min), ("max", clip.max)] {
+        if corner.is_finite() {
+            table.insert(key, Item::Value(vector(corner)));
+        }
+    }
+    table
+}
+
+fn light_table(light: &SceneLight) -> Table {
+    let mut table = Table::new();
+    let kind = if light.target.is_some() {
+        "spot"
+    } else {
+        "point"
+    };
+    table.insert("kind", value(kind));
+    table.insert("position", Item::Value(vector(light.position)));
+    if let Some(target) = light.target {
+        table.insert("target", Item::Value(vector(target)));
+    }
+    table.insert("intensity", Item::Value(colour(light.intensity)));
+    if light.target.is_some() {
+        table.insert("inner_angle_degrees", value(degrees(light.inner_angle)));
+        table.insert("outer_angle_degrees", value(degrees(light.outer_angle)));
+    }
+    table
+}
+
+fn camera_table(camera: &SceneCamera) -> Table {
+    let mut table = Table::new();
+    for (key, at) in [
+        ("position", camera.position),
+        ("target", camera.target),
+        ("up", camera.up),
+    ] {
+        if let Some(at) = at {
+            table.insert(key, Item::Value(vector(at)));
+        }
+    }
+    for (key, number) in [
+        ("fov_y_degrees", camera.fov_y_degrees),
+        ("near", camera.near),
+        ("far", camera.far),
+    ] {
+        if let Some(number) = number {
+            table.insert(key, value(number));
+        }
+    }
+    if let Some(size) = camera.size {
+        let sides = size.to_array().map(i64::from);
+        table.insert("size", value(Array::from_iter(sides)));
+    }
+    table
+}
+
+/// What differs from the defaults, a table for each group.
+fn settings_table(settings: &Settings) -> Table {
+    let mut table = Table::new();
+    table.set_implicit(true);
+    for (key, setting) in settings.changed() {
+        let Some((group, name)) = key.split_once('.') else {
+            continue;
+        };
+        let plain: Value = match setting {
+            toml::Value::Boolean(truth) => truth.into(),
+            toml::Value::Integer(number) => number.into(),
+            toml::Value::Float(number) => number.into(),
+            toml::Value::String(text) => text.into(),
+            other => match other.to_string().parse() {
+                Ok(parsed) => parsed,
+                Err(_) => continue,
+            },
+        };
+        let group = table.entry(group).or_insert(Item::Table(Table::new()));
+        if let Some(group) = group.as_table_mut() {
+            group.insert(name, Item::Value(plain));
+        }
+    }
+    table
+}
+
+fn vector(v: DVec3) -> Value {
+    Array::from_iter(v.to_array()).into()
+}
+
+fn colour(v: Vec3) -> Value {
+    Array::from_iter(v.to_array().map(single)).into()
+}
+
+/// With the digits that a person typed, not with those of its neighbour in double precision.
+fn single(v: f32) -> f64 {
+    v.to_string().parse().unwrap_or_else(|_| f64::from(v))
+}
+
+/// The shortest degrees that are these radians.
+fn degrees(radians: f64) -> f64 {
+    let near = radians.to_degrees();
+    let rounded = (near * 1e9).round() / 1e9;
+    let candidates = [rounded, near, near.next_up(), near.next_down()];
+    let exact = candidates.into_iter().find(|d| d.to_radians() == radians);
+    exact.unwrap_or(near)
+}
