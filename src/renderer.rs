@@ -57,7 +57,7 @@ pub enum BackendChoice {
     Cpu,
 }
 
-/// A backend, open but without a scene.
+/// A backend that is open: it renders the clouds that were brought to it.
 pub struct Machine {
     backend: AnyBackend,
 }
@@ -67,14 +67,20 @@ enum AnyBackend {
     Gpu(Box<Gpu>),
 }
 
-/// A scene on a backend.
-pub struct Renderer {
-    session: AnySession,
+/// A cloud on a [`Machine`], with what its stages keep between frames.
+pub struct Resident {
+    cloud: AnyCloud,
 }
 
-enum AnySession {
-    Cpu(Box<Session<Cpu>>),
-    Gpu(Box<Session<Gpu>>),
+enum AnyCloud {
+    Cpu(Box<Held<Cpu>>),
+    Gpu(Box<Held<Gpu>>),
+}
+
+/// A scene on a backend.
+pub struct Renderer {
+    machine: Machine,
+    resident: Resident,
 }
 
 impl Machine {
@@ -116,16 +122,101 @@ impl Machine {
         })
     }
 
-    /// Brings the surfels to the backend.
+    /// "cpu" or "gpu".
+    pub fn backend(&self) -> &'static str {
+        match &self.backend {
+            AnyBackend::Cpu(backend) => backend.name(),
+            AnyBackend::Gpu(backend) => backend.name(),
+        }
+    }
+
+    /// The adapter's name, where there is one.
+    pub fn adapter(&self) -> Option<String> {
+        match &self.backend {
+            AnyBackend::Cpu(backend) => backend.adapter(),
+            AnyBackend::Gpu(backend) => backend.adapter(),
+        }
+    }
+
+    /// Brings surfels here, beside those that are here already.
     ///
     /// # Errors
-    /// [`Error::Gpu`] and [`Error::Memory`] where it cannot hold the surfels.
-    pub fn upload(self, surfels: &Arc<Surfels>) -> Result<Renderer> {
-        let session = match self.backend {
-            AnyBackend::Cpu(cpu) => AnySession::Cpu(Box::new(Session::new(*cpu, surfels)?)),
-            AnyBackend::Gpu(gpu) => AnySession::Gpu(Box::new(Session::new(*gpu, surfels)?)),
+    /// [`Error::Gpu`] and [`Error::Memory`] where the backend cannot hold them.
+    pub fn bring(&mut self, surfels: &Arc<Surfels>) -> Result<Resident> {
+        let cloud = match &mut self.backend {
+            AnyBackend::Cpu(backend) => {
+                AnyCloud::Cpu(Box::new(Held::new(&mut **backend, surfels)?))
+            }
+            AnyBackend::Gpu(backend) => {
+                AnyCloud::Gpu(Box::new(Held::new(&mut **backend, surfels)?))
+            }
         };
-        Ok(Renderer { session })
+        Ok(Resident { cloud })
+    }
+
+    /// Brings the surfels of the one scene that is to be rendered here.
+    ///
+    /// # Errors
+    /// As [`Machine::bring`].
+    pub fn upload(mut self, surfels: &Arc<Surfels>) -> Result<Renderer> {
+        let resident = self.bring(surfels)?;
+        Ok(Renderer {
+            machine: self,
+            resident,
+        })
+    }
+
+    /// Whether a frame and, one after the other, the files made of it fit into main memory, to be asked before long work.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] where they would not.
+    pub fn require_memory(
+        &self,
+        view: &View,
+        plan: &Plan,
+        settings: &Settings,
+        outputs: &[OutputKind],
+    ) -> Result<()> {
+        let grids = match &self.backend {
+            AnyBackend::Cpu(_) => GridsIn::MainMemory,
+            AnyBackend::Gpu(gpu) if gpu.device().is_software() => GridsIn::SoftwareDevice,
+            AnyBackend::Gpu(_) => GridsIn::Device,
+        };
+        let rendering = Rendering {
+            size: view.pinhole.size,
+            lights: view.lights.len(),
+            plan,
+            settings,
+            outputs,
+        };
+        rendering.require_memory(grids)
+    }
+
+    /// Renders one frame of a cloud that was brought here, and brings it to main memory.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] where it would not fit, [`Error::Setting`] where the cloud is on another machine, what the
+    /// backend meets, or [`Error::Cancelled`].
+    pub fn render(
+        &mut self,
+        resident: &mut Resident,
+        view: &View,
+        plan: &Plan,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<Products> {
+        self.require_memory(view, plan, settings, &[])?;
+        match (&mut self.backend, &mut resident.cloud) {
+            (AnyBackend::Cpu(cpu), AnyCloud::Cpu(held)) => {
+                held.render(&mut **cpu, view, plan, settings, job)
+            }
+            (AnyBackend::Gpu(gpu), AnyCloud::Gpu(held)) => {
+                held.render(&mut **gpu, view, plan, settings, job)
+            }
+            _ => Err(Error::Setting(
+                "the points are on another machine; bring them to this one".to_owned(),
+            )),
+        }
     }
 }
 
@@ -141,24 +232,18 @@ impl Renderer {
 
     /// "cpu" or "gpu".
     pub fn backend(&self) -> &'static str {
-        match &self.session {
-            AnySession::Cpu(s) => s.backend.name(),
-            AnySession::Gpu(s) => s.backend.name(),
-        }
+        self.machine.backend()
     }
 
     /// The adapter's name, where there is one.
     pub fn adapter(&self) -> Option<String> {
-        match &self.session {
-            AnySession::Cpu(s) => s.backend.adapter(),
-            AnySession::Gpu(s) => s.backend.adapter(),
-        }
+        self.machine.adapter()
     }
 
-    /// Whether a frame and, one after the other, the files made of it fit into main memory, to be asked before long work.
+    /// As [`Machine::require_memory`].
     ///
     /// # Errors
-    /// [`Error::Memory`] where they would not.
+    /// [`Error::Memory`] where they would not fit.
     pub fn require_memory(
         &self,
         view: &View,
@@ -166,25 +251,13 @@ impl Renderer {
         settings: &Settings,
         outputs: &[OutputKind],
     ) -> Result<()> {
-        let grids = match &self.session {
-            AnySession::Cpu(_) => GridsIn::MainMemory,
-            AnySession::Gpu(s) if s.backend.device().is_software() => GridsIn::SoftwareDevice,
-            AnySession::Gpu(_) => GridsIn::Device,
-        };
-        let rendering = Rendering {
-            size: view.pinhole.size,
-            lights: view.lights.len(),
-            plan,
-            settings,
-            outputs,
-        };
-        rendering.require_memory(grids)
+        self.machine.require_memory(view, plan, settings, outputs)
     }
 
     /// Renders one frame and brings it to main memory.
     ///
     /// # Errors
-    /// [`Error::Memory`] where it would not fit, what the backend meets, or [`Error::Cancelled`].
+    /// As [`Machine::render`].
     pub fn render(
         &mut self,
         view: &View,
@@ -192,29 +265,23 @@ impl Renderer {
         settings: &Settings,
         job: &Job,
     ) -> Result<Products> {
-        self.require_memory(view, plan, settings, &[])?;
-        match &mut self.session {
-            AnySession::Cpu(s) => s.render(view, plan, settings, job),
-            AnySession::Gpu(s) => s.render(view, plan, settings, job),
-        }
+        (self.machine).render(&mut self.resident, view, plan, settings, job)
     }
 }
 
-/// A backend with the surfels it shows.
-struct Session<B: Backend> {
-    backend: B,
+/// Surfels on a backend, and the stages that look at them.
+struct Held<B: Backend> {
     cloud: Cloud<B>,
     stages: Stages,
 }
 
-impl<B: Backend> Session<B> {
-    fn new(mut backend: B, surfels: &Arc<Surfels>) -> Result<Self> {
+impl<B: Backend> Held<B> {
+    fn new(backend: &mut B, surfels: &Arc<Surfels>) -> Result<Self> {
         let cloud = Cloud {
             points: backend.upload(surfels)?,
             surfels: Arc::clone(surfels),
         };
         Ok(Self {
-            backend,
             cloud,
             stages: Stages::default(),
         })
@@ -222,12 +289,12 @@ impl<B: Backend> Session<B> {
 
     fn render(
         &mut self,
+        backend: &mut B,
         view: &View,
         plan: &Plan,
         settings: &Settings,
         job: &Job,
     ) -> Result<Products> {
-        let backend = &mut self.backend;
         std::mem::take(backend.timings());
         let start = Instant::now();
         let Frame {

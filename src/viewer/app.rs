@@ -14,6 +14,7 @@ use glam::{DVec3, UVec2};
 
 use super::Start;
 use super::buffers::{Buffer, Probe};
+use super::document::Document;
 use super::history::{self, History};
 use super::letters::{Export, Opened, Opening, Request, Shown};
 use super::navigation::Navigator;
@@ -54,6 +55,8 @@ pub(super) struct Viewer {
     pub(super) shows_difference: bool,
     pub(super) progress: Option<Progress>,
     pub(super) loading: Option<PathBuf>,
+    /// The number of the last opening.
+    pub(super) opening: u64,
     pub(super) messages: Vec<(bool, String)>,
     pub(super) panels: super::panels::Panels,
     /// Whether the view has changed since the last request.
@@ -106,6 +109,7 @@ impl Viewer {
             shows_difference: false,
             progress: None,
             loading: None,
+            opening: 0,
             messages: Vec::new(),
             panels: super::panels::Panels::load(storage),
             dirty: false,
@@ -116,9 +120,11 @@ impl Viewer {
         };
         if let Some(path) = start.path {
             viewer.begin_opening(Opening {
+                number: 0,
                 path,
                 overrides: start.overrides,
                 given: start.given,
+                edited: None,
             });
         }
         Ok(viewer)
@@ -127,25 +133,96 @@ impl Viewer {
     /// Opens a scene or a cloud in place of what is open.
     pub(super) fn open(&mut self, path: PathBuf) {
         self.begin_opening(Opening {
+            number: 0,
             path,
             overrides: Vec::new(),
             given: Vec::new(),
+            edited: None,
         });
     }
 
     /// What is open stays until the new scene is there.
     fn begin_opening(&mut self, opening: Opening) {
+        self.number += 1;
+        self.opening = self.number;
         self.loading = Some(opening.path.clone());
         self.under_way = None;
-        self.worker.open(opening);
+        self.worker.open(Opening {
+            number: self.number,
+            ..opening
+        });
     }
 
-    /// Reads what is open anew; camera and settings stay.
+    /// Reads what is open anew; camera, settings and edits stay.
     pub(super) fn reload(&mut self) {
         if let Some(opened) = &self.opened {
             let opening = opened.opening.clone();
+            if self.is_edited() {
+                self.show_edits();
+            } else {
+                self.begin_opening(opening);
+            }
+        }
+    }
+
+    /// Whether clouds or mirrors are not as the scene's file has them.
+    pub(super) fn is_edited(&self) -> bool {
+        let base = self.opened.as_ref().map(|o| Document::of(&o.base));
+        base.is_some_and(|base| !base.has_points_of(self.history.now()))
+    }
+
+    /// Changes what is open; `what` is for undo: changes of one thing that follow one another are one step.
+    pub(super) fn edit(&mut self, what: &str, change: impl FnOnce(&mut Document)) {
+        let mut document = self.history.now().clone();
+        change(&mut document);
+        self.history.change(document, what, Instant::now());
+        self.follow_history();
+    }
+
+    pub(super) fn undo(&mut self) {
+        self.history.undo();
+        self.follow_history();
+    }
+
+    pub(super) fn redo(&mut self) {
+        self.history.redo();
+        self.follow_history();
+    }
+
+    /// Shows what the document has become.
+    fn follow_history(&mut self) {
+        let shown = self.opened.as_ref().map(|o| Document::of(&o.scene));
+        let same = |shown: &Document| shown.has_points_of(self.history.now());
+        if shown.as_ref().is_none_or(same) && self.loading.is_none() {
+            self.touch();
+        } else {
+            self.show_edits();
+        }
+    }
+
+    fn show_edits(&mut self) {
+        if let Some(opened) = &self.opened {
+            let scene = self.history.now().put_into(&opened.base);
+            let opening = Opening {
+                edited: Some(Box::new(scene)),
+                ..opened.opening.clone()
+            };
             self.begin_opening(opening);
         }
+    }
+
+    /// Writes the scene as it is now, with the camera of this view where that is wanted.
+    pub(super) fn save_scene(&mut self, path: PathBuf, with_view: bool) {
+        let Some(opened) = &self.opened else { return };
+        let mut scene = self.history.now().put_into(&opened.base);
+        if with_view {
+            let camera = self.navigator.camera(&self.like);
+            scene.camera.position = Some(camera.position);
+            scene.camera.target = Some(camera.target);
+            scene.camera.up = Some(camera.up);
+            scene.camera.fov_y_degrees = Some(camera.fov_y_degrees);
+        }
+        self.worker.save(scene, path);
     }
 
     /// Asks for a file, in a thread of its own: the dialog is the system's.
@@ -168,19 +245,24 @@ impl Viewer {
     /// Stops loading, rendering and writing.
     pub(super) fn cancel(&mut self) {
         self.worker.cancel();
-        self.loading = None;
+        if self.loading.take().is_some() {
+            self.give_up_edits(Some(self.opening));
+        }
         self.dirty = false;
         self.complete = true;
     }
 
-    pub(super) fn settings(&self) -> &Settings {
+    pub(super) fn document(&self) -> &Document {
         self.history.now()
+    }
+
+    pub(super) fn settings(&self) -> &Settings {
+        &self.history.now().settings
     }
 
     /// Takes new settings; `what` changed them.
     pub(super) fn change(&mut self, settings: Settings, what: &str) {
-        self.history.change(settings, what, Instant::now());
-        self.touch();
+        self.edit(what, |document| document.settings = settings);
     }
 
     /// The view has changed.
@@ -226,7 +308,7 @@ impl Viewer {
         history::command_line(
             &opened.map_or_else(String::new, |o| o.opening.path.display().to_string()),
             opened.map_or(&[], |o| &o.opening.given),
-            opened.map_or(&defaults, |o| &o.scene.settings),
+            opened.map_or(&defaults, |o| &o.base.settings),
             self.settings(),
             camera,
             &output.display().to_string(),

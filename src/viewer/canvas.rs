@@ -282,11 +282,9 @@ fn keys(viewer: &mut Viewer, ui: &egui::Ui) {
         (z && !i.modifiers.shift, y || (z && i.modifiers.shift))
     });
     if undo {
-        viewer.history.undo();
-        viewer.touch();
+        viewer.undo();
     } else if redo {
-        viewer.history.redo();
-        viewer.touch();
+        viewer.redo();
     }
     if ui.input(|i| i.key_pressed(Key::Escape)) {
         (viewer.path, viewer.measured) = (None, Vec::new());

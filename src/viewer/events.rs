@@ -5,6 +5,7 @@ use eframe::egui;
 use glam::UVec2;
 
 use super::app::Viewer;
+use super::document::Document;
 use super::history::History;
 use super::letters::{Event, Layer, Opened, Shown};
 use super::navigation::Navigator;
@@ -37,12 +38,22 @@ impl Viewer {
                         self.say(format!("wrote {}", file.display()));
                     }
                 }
+                Event::Saved(opened) => {
+                    let path = opened.opening.path.clone();
+                    self.panels.remember(&path);
+                    self.say(format!("wrote {}", path.display()));
+                    self.opened = Some(*opened);
+                }
                 Event::Failed(number, message) => {
                     self.done(number);
                     self.complete = true;
                     self.fail(message);
+                    self.give_up_edits(number);
                 }
-                Event::Stopped(number) => self.done(number),
+                Event::Stopped(number) => {
+                    self.done(number);
+                    self.give_up_edits(number);
+                }
             }
         }
         if let Ok(path) = self.chosen.1.try_recv() {
@@ -61,13 +72,25 @@ impl Viewer {
             Some(number) if self.under_way.is_some_and(|(n, _)| n == number) => {
                 self.under_way = None;
             }
-            Some(_) => {}
-            None => self.loading = None,
+            Some(number) if number == self.opening => self.loading = None,
+            Some(_) | None => {}
+        }
+    }
+
+    /// What could not be opened, or was stopped, may have been an edit: what is shown counts.
+    pub(super) fn give_up_edits(&mut self, number: Option<u64>) {
+        if number == Some(self.opening)
+            && let Some(opened) = &self.opened
+        {
+            let shown = Document::of(&opened.scene);
+            if !shown.has_points_of(self.history.now()) {
+                self.history.refuse(&shown);
+            }
         }
     }
 
     fn begin(&mut self, opened: Opened) {
-        self.done(None);
+        self.done(Some(opened.opening.number));
         let again = (self.opened.as_ref()).is_some_and(|o| o.opening.path == opened.opening.path);
         if !again {
             let size = self.like.size;
@@ -75,7 +98,7 @@ impl Viewer {
             self.navigator = Navigator::of(&camera);
             self.like = Camera { size, ..camera };
             self.second = None;
-            self.history = History::new(opened.scene.settings.clone());
+            self.history = History::new(Document::of(&opened.scene));
             (self.path, self.measured) = (None, Vec::new());
             self.times.clear();
             self.panels.remember(&opened.opening.path);
@@ -83,8 +106,10 @@ impl Viewer {
                 self.navigator.set_up(up);
             }
         }
-        for sentence in opened.loaded.facts.repairs.sentences() {
-            self.say(sentence);
+        if opened.scene == opened.base {
+            for sentence in opened.loaded.facts.repairs.sentences() {
+                self.say(sentence);
+            }
         }
         self.opened = Some(opened);
         self.touch();

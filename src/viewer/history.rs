@@ -1,37 +1,39 @@
-//! Undo and redo of settings, and what they are as TOML and on a command line.
+//! Undo and redo, and what settings are as TOML and on a command line.
 
 use std::time::{Duration, Instant};
 
 use catoptric::camera::Camera;
 use catoptric::settings::Settings;
 
+use super::document::Document;
+
 /// Changes of one setting that follow one another faster than this are one: a slider that is dragged.
 const TOGETHER: Duration = Duration::from_millis(800);
 
-/// Settings as they are, were and will be again.
+/// A document as it is, was and will be again.
 #[derive(Debug, Clone, Default)]
 pub(super) struct History {
-    now: Settings,
-    past: Vec<Settings>,
-    future: Vec<Settings>,
+    now: Document,
+    past: Vec<Document>,
+    future: Vec<Document>,
     last: Option<(String, Instant)>,
 }
 
 impl History {
-    pub(super) fn new(settings: Settings) -> Self {
+    pub(super) fn new(document: Document) -> Self {
         Self {
-            now: settings,
+            now: document,
             ..Self::default()
         }
     }
 
-    pub(super) fn now(&self) -> &Settings {
+    pub(super) fn now(&self) -> &Document {
         &self.now
     }
 
-    /// Takes new settings; `what` changed them: a setting's name, or a preset's.
-    pub(super) fn change(&mut self, settings: Settings, what: &str, at: Instant) {
-        if settings == self.now {
+    /// Takes a new state; `what` changed it: a setting's name, or a preset's.
+    pub(super) fn change(&mut self, document: Document, what: &str, at: Instant) {
+        if document == self.now {
             return;
         }
         let goes_on = (self.last.as_ref())
@@ -40,8 +42,21 @@ impl History {
             self.past.push(self.now.clone());
         }
         self.future.clear();
-        self.now = settings;
+        self.now = document;
         self.last = Some((what.to_owned(), at));
+    }
+
+    /// Goes back to the points of `document`, since those that there are now cannot be shown.
+    pub(super) fn refuse(&mut self, document: &Document) {
+        let settings = std::mem::take(&mut self.now.settings);
+        self.now = Document {
+            settings,
+            ..document.clone()
+        };
+        if self.past.last() == Some(&self.now) {
+            self.past.pop();
+        }
+        self.last = None;
     }
 
     pub(super) fn can_undo(&self) -> bool {
@@ -141,28 +156,35 @@ mod tests {
             .expect("a size")
     }
 
+    fn document(size: f64) -> Document {
+        Document {
+            settings: sized(size),
+            ..Document::default()
+        }
+    }
+
     #[test]
     fn a_dragged_slider_is_one_step_back() {
         let (mut history, start) = (History::default(), Instant::now());
         for k in 0..10 {
             let at = start + Duration::from_millis(50 * k);
-            history.change(sized(1.0 + 0.1 * k as f64), "splat.size", at);
+            history.change(document(1.0 + 0.1 * k as f64), "splat.size", at);
         }
         history.undo();
-        assert_eq!(history.now(), &Settings::default());
+        assert_eq!(history.now(), &Document::default());
         assert!(!history.can_undo());
         history.redo();
-        assert_eq!(history.now(), &sized(1.9));
+        assert_eq!(history.now(), &document(1.9));
     }
 
     #[test]
     fn another_setting_or_a_pause_is_a_step_of_its_own() {
         let (mut history, start) = (History::default(), Instant::now());
-        history.change(sized(2.0), "splat.size", start);
-        history.change(sized(3.0), "splat.size", start + 2 * TOGETHER);
+        history.change(document(2.0), "splat.size", start);
+        history.change(document(3.0), "splat.size", start + 2 * TOGETHER);
         history.undo();
-        assert_eq!(history.now(), &sized(2.0));
-        history.change(sized(4.0), "preset", start + 2 * TOGETHER);
+        assert_eq!(history.now(), &document(2.0));
+        history.change(document(4.0), "preset", start + 2 * TOGETHER);
         assert!(!history.can_redo(), "what was undone is gone");
     }
 

@@ -17,10 +17,14 @@ use super::pace::Detail;
 /// What to open.
 #[derive(Debug, Clone)]
 pub(super) struct Opening {
+    /// Counted up by who asks, together with requests.
+    pub(super) number: u64,
     pub(super) path: PathBuf,
     pub(super) overrides: Vec<Override>,
     /// What was said on top of the scene, as words of a command line.
     pub(super) given: Vec<String>,
+    /// What a person made of the scene that is open, in place of what its file says.
+    pub(super) edited: Option<Box<Scene>>,
 }
 
 /// What to render.
@@ -50,6 +54,9 @@ pub(super) struct Export {
 #[derive(Debug, Clone)]
 pub(super) struct Opened {
     pub(super) opening: Opening,
+    /// As its file and what was said on top of it have it.
+    pub(super) base: Scene,
+    /// As it is shown.
     pub(super) scene: Scene,
     pub(super) loaded: Arc<LoadedScene>,
     pub(super) backend: &'static str,
@@ -98,7 +105,9 @@ pub(super) enum Event {
     /// How the two compare.
     Compared(Box<Comparison>),
     Exported(Vec<PathBuf>),
-    /// The number of the request, where it was one, and a sentence for the person.
+    /// The scene was written, and is now this one.
+    Saved(Box<Opened>),
+    /// The number of what was asked for, where it has one, and a sentence for the person.
     Failed(Option<u64>, String),
     /// What was begun was stopped.
     Stopped(Option<u64>),
@@ -108,6 +117,8 @@ pub(super) enum Event {
 pub(super) enum Task {
     Open(Opening),
     Export(Export),
+    /// Writes the scene to a file.
+    Save(Box<Scene>, PathBuf),
     Render(Request),
     Paint(Buffer),
     Second(Request),

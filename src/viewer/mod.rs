@@ -9,6 +9,7 @@ mod app;
 mod buffers;
 mod canvas;
 mod comparison;
+mod document;
 mod events;
 mod history;
 mod letters;

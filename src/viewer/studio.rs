@@ -1,5 +1,6 @@
 //! Where scenes are opened, and pictures made and written: what the rendering thread does.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -7,8 +8,8 @@ use catoptric::camera::Camera;
 use catoptric::output::{CameraDescription, Outputs, camera_gbuffer, mirror_gbuffer};
 use catoptric::reflect::MirrorGBuffer;
 use catoptric::reflect::sscr::heat::require_search;
-use catoptric::renderer::{BackendChoice, Machine, Renderer};
-use catoptric::scene::Scene;
+use catoptric::renderer::{BackendChoice, Machine, Resident};
+use catoptric::scene::{PointCache, Scene};
 use catoptric::{Error, Job};
 
 use super::buffers::Buffer;
@@ -19,10 +20,13 @@ use super::pace::Detail;
 /// The scene that is open, on its backend.
 pub(super) struct Studio {
     choice: BackendChoice,
+    /// Opened when it is first needed, and again where it was lost.
+    machine: Option<Machine>,
+    points: PointCache,
     opened: Option<Opened>,
-    full: Option<Renderer>,
-    /// The renderer of the last detail that was not full.
-    part: Option<(Detail, Renderer)>,
+    full: Option<Resident>,
+    /// The first points, of the last detail that was not full.
+    part: Option<(Detail, Resident)>,
     last: Option<Shown>,
 }
 
@@ -30,6 +34,8 @@ impl Studio {
     pub(super) fn new(choice: BackendChoice) -> Self {
         Self {
             choice,
+            machine: None,
+            points: PointCache::for_editing(),
             opened: None,
             full: None,
             part: None,
@@ -45,6 +51,7 @@ impl Studio {
         let done = match task {
             Task::Open(opening) => self.open(opening, job),
             Task::Export(export) => self.export(&export, job),
+            Task::Save(scene, path) => self.save(&scene, path),
             Task::Render(request) => self.render(request, job),
             Task::Paint(buffer) => self.paint(buffer),
             Task::Second(request) => {
@@ -53,57 +60,88 @@ impl Studio {
             Task::Compare(frames) => self.compare(&frames),
         };
         if matches!(done, Err(Error::Gpu(_))) {
-            (self.full, self.part) = (None, None);
+            (self.machine, self.full, self.part) = (None, None, None);
         }
         done
     }
 
     fn open(&mut self, opening: Opening, job: &Job) -> Result<Event, Error> {
-        let scene = Scene::open(&opening.path, &opening.overrides)?;
-        let loaded = Arc::new(scene.load(job)?);
-        // The old scene goes before the new one is brought to the device.
-        (self.full, self.part, self.opened, self.last) = (None, None, None, None);
-        let full = Machine::open(&self.choice)?.upload(&loaded.surfels)?;
+        let (base, scene) = match (&opening.edited, &self.opened) {
+            (Some(edited), Some(opened)) => (opened.base.clone(), (**edited).clone()),
+            _ => {
+                let scene = Scene::open(&opening.path, &opening.overrides)?;
+                (scene.clone(), scene)
+            }
+        };
+        let again = |opened: &Opened| opened.opening.path == opening.path;
+        if !self.opened.as_ref().is_some_and(again) {
+            self.points = PointCache::for_editing();
+        }
+        let loaded = Arc::new(scene.load_with(&mut self.points, job)?);
+        // The old points go before the new ones are brought to the device; where these cannot be, the old come back.
+        (self.full, self.part) = (None, None);
+        let machine = open(&mut self.machine, &self.choice)?;
+        self.full = Some(machine.bring(&loaded.surfels)?);
         let opened = Opened {
-            opening,
+            opening: Opening {
+                edited: None,
+                ..opening
+            },
+            base,
             scene,
             loaded,
-            backend: full.backend(),
-            adapter: full.adapter(),
+            backend: machine.backend(),
+            adapter: machine.adapter(),
         };
         // What was chosen once is not looked for again.
         self.choice = match &opened.adapter {
             Some(adapter) => BackendChoice::Gpu(Some(adapter.clone())),
             None => BackendChoice::Cpu,
         };
-        self.full = Some(full);
+        self.last = None;
         self.opened = Some(opened.clone());
         Ok(Event::Opened(Box::new(opened)))
     }
 
-    fn renderer(&mut self, detail: Detail) -> Result<(&Opened, &mut Renderer), Error> {
+    /// Writes the scene; from now on it is the one of that file.
+    fn save(&mut self, scene: &Scene, path: PathBuf) -> Result<Event, Error> {
+        let opened = self.opened.as_mut().ok_or(Error::Cancelled)?;
+        let read = scene.save(&path)?;
+        opened.opening = Opening {
+            path,
+            overrides: Vec::new(),
+            given: Vec::new(),
+            edited: None,
+            ..opened.opening
+        };
+        (opened.base, opened.scene) = (read.clone(), read);
+        Ok(Event::Saved(Box::new(opened.clone())))
+    }
+
+    /// What is open, the machine, and as many of the points on it.
+    fn stage(&mut self, detail: Detail) -> Result<(&Opened, &mut Machine, &mut Resident), Error> {
         let Some(opened) = &self.opened else {
             return Err(Error::Setting("open a scene or a point cloud first".into()));
         };
+        let machine = open(&mut self.machine, &self.choice)?;
         let surfels = &opened.loaded.surfels;
-        let open = |surfels| Machine::open(&self.choice)?.upload(surfels);
         if detail.points(surfels.len()) == surfels.len() {
             let full = match self.full.take() {
                 Some(full) => full,
-                None => open(surfels)?,
+                None => machine.bring(surfels)?,
             };
-            return Ok((opened, self.full.insert(full)));
+            return Ok((opened, machine, self.full.insert(full)));
         }
         let part = match self.part.take() {
             Some((of, part)) if of == detail => part,
-            _ => open(&detail.of(surfels))?,
+            _ => machine.bring(&detail.of(surfels))?,
         };
-        Ok((opened, &mut self.part.insert((detail, part)).1))
+        Ok((opened, machine, &mut self.part.insert((detail, part)).1))
     }
 
     fn frame(&mut self, request: Request, job: &Job) -> Result<Shown, Error> {
         let detail = request.detail;
-        let (opened, renderer) = self.renderer(detail)?;
+        let (opened, machine, points) = self.stage(detail)?;
         let start = Instant::now();
         let camera = Camera {
             size: detail.size(request.camera.size),
@@ -115,7 +153,7 @@ impl Studio {
             plan.ask_for_search_heat(&request.settings)?;
         }
         let view = opened.loaded.view_from(&camera)?;
-        let products = renderer.render(&view, &plan, &request.settings, job)?;
+        let products = machine.render(points, &view, &plan, &request.settings, job)?;
         Ok(Shown {
             products: Arc::new(products),
             ms: start.elapsed().as_secs_f64() * 1e3,
@@ -144,13 +182,13 @@ impl Studio {
     }
 
     fn export(&mut self, export: &Export, job: &Job) -> Result<Event, Error> {
-        let (opened, renderer) = self.renderer(Detail::FULL)?;
+        let (opened, machine, points) = self.stage(Detail::FULL)?;
         let loaded = &opened.loaded;
         let (plan, view) = (
             loaded.plan(&export.settings),
             loaded.view_from(&export.camera)?,
         );
-        let products = renderer.render(&view, &plan, &export.settings, job)?;
+        let products = machine.render(points, &view, &plan, &export.settings, job)?;
         let origin = loaded.surfels.origin;
         let mut outputs = Outputs::default();
         if let Some(path) = &export.picture {
@@ -179,4 +217,16 @@ impl Studio {
             files.into_iter().flatten().cloned().collect(),
         ))
     }
+}
+
+/// The machine, opened where it is not yet.
+fn open<'a>(
+    machine: &'a mut Option<Machine>,
+    choice: &BackendChoice,
+) -> Result<&'a mut Machine, Error> {
+    let opened = match machine.take() {
+        Some(opened) => opened,
+        None => Machine::open(choice)?,
+    };
+    Ok(machine.insert(opened))
 }

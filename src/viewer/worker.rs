@@ -3,11 +3,13 @@
 //! What it is to do next lies in a mailbox of one letter of each kind: a newer view takes the place of an older one that
 //! is not begun, and stops one that takes long.
 
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use catoptric::renderer::BackendChoice;
+use catoptric::scene::Scene;
 use catoptric::{Error, Job};
 
 use super::buffers::Buffer;
@@ -19,6 +21,7 @@ use super::studio::Studio;
 struct Mailbox {
     opening: Option<Opening>,
     export: Option<Export>,
+    save: Option<(Box<Scene>, PathBuf)>,
     request: Option<Request>,
     paint: Option<Buffer>,
     second: Option<Request>,
@@ -131,6 +134,12 @@ impl Worker {
         self.shared.posted.notify_one();
     }
 
+    /// Writes the scene to a file.
+    pub(super) fn save(&self, scene: Scene, path: PathBuf) {
+        self.shared.mailbox().save = Some((Box::new(scene), path));
+        self.shared.posted.notify_one();
+    }
+
     /// Stops what is under way, and forgets what was to come.
     pub(super) fn cancel(&self) {
         let mut mailbox = self.shared.mailbox();
@@ -166,6 +175,9 @@ impl Mailbox {
     fn next(&mut self) -> Option<(Task, Running)> {
         if let Some(opening) = self.opening.take() {
             return Some((Task::Open(opening), Running::Opening));
+        }
+        if let Some((scene, path)) = self.save.take() {
+            return Some((Task::Save(scene, path), Running::Export));
         }
         if let Some(export) = self.export.take() {
             return Some((Task::Export(export), Running::Export));
@@ -216,7 +228,8 @@ fn work(mut studio: Studio, post: &Post, shared: &Shared) {
     while let Some((task, job)) = next(post, shared) {
         let number = match &task {
             Task::Render(request) | Task::Second(request) => Some(request.number),
-            Task::Open(_) | Task::Export(_) | Task::Paint(_) | Task::Compare(_) => None,
+            Task::Open(opening) => Some(opening.number),
+            Task::Export(_) | Task::Save(..) | Task::Paint(_) | Task::Compare(_) => None,
         };
         let done = studio.answer(task, &job);
         shared.mailbox().running = None;

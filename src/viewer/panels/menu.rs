@@ -110,15 +110,13 @@ fn edit(viewer: &mut Viewer, ui: &mut egui::Ui) {
         .add_enabled(undo, egui::Button::new("Undo").shortcut_text("Ctrl+Z"))
         .clicked()
     {
-        viewer.history.undo();
-        viewer.touch();
+        viewer.undo();
     }
     if ui
         .add_enabled(redo, egui::Button::new("Redo").shortcut_text("Ctrl+Y"))
         .clicked()
     {
-        viewer.history.redo();
-        viewer.touch();
+        viewer.redo();
     }
     ui.separator();
     let copy = ui.button("Copy settings as TOML");
