@@ -28,7 +28,7 @@ classification = [7, 8]
 [[cloud.mirror]]
 box = { min = [0, 0, 0], max = [1, 1, 1] }
 [[cloud.mirror]]
-near_plane = { point = [0, 0, 1], normal = [0, 0, 2], distance = 0.02 }
+near_plane = { point = [0, 0, 1], normal = [0, 0, 2], distance = 0.02, within = { min = [-1, -1, 0], max = [1, 1, 2] } }
 
 [[cloud]]
 generate = "multi"

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::RawCloud;
+use super::{Bounds, RawCloud};
 use crate::error::{Error, Result};
 
 /// Names under which the class of a point goes.
@@ -45,6 +45,8 @@ pub enum Select {
         normal: DVec3,
         /// Largest distance to either side, in the files' unit.
         distance: f64,
+        /// Only in this box, borders included, where there is one.
+        within: Option<Bounds>,
     },
 }
 
@@ -130,6 +132,7 @@ pub(super) fn mirror_column(
                 point,
                 normal,
                 distance,
+                within,
             } => {
                 let unit = normal.try_normalize().ok_or_else(|| {
                     Error::Setting(format!(
@@ -138,6 +141,7 @@ pub(super) fn mirror_column(
                 })?;
                 select_places(&mut mirror, positions, reflectance, |p| {
                     (p - *point).dot(unit).abs() <= *distance
+                        && within.is_none_or(|within| within.contains(p))
                 });
             }
         }

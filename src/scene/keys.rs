@@ -43,7 +43,7 @@ pub(super) const SELECTIONS: &[&str] = &["property", "classification", "box", "n
 /// Keys of a rule's `box`, and of `[clip]`.
 pub(super) const BOX: &[&str] = &["min", "max"];
 /// Keys of a rule's `near_plane`.
-pub(super) const NEAR_PLANE: &[&str] = &["point", "normal", "distance"];
+pub(super) const NEAR_PLANE: &[&str] = &["point", "normal", "distance", "within"];
 /// Keys of a `[[light]]`.
 pub(super) const LIGHT: &[&str] = &[
     "kind",
@@ -99,6 +99,7 @@ pub(super) fn patterns() -> Vec<String> {
     all.extend(under("cloud.N.mirror.N", RULE));
     all.extend(under("cloud.N.mirror.N.box", BOX));
     all.extend(under("cloud.N.mirror.N.near_plane", NEAR_PLANE));
+    all.extend(under("cloud.N.mirror.N.near_plane.within", BOX));
     all.extend(under("light.N", LIGHT));
     let mut shape_keys: Vec<&str> = SHAPES
         .iter()

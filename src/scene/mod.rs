@@ -85,6 +85,23 @@ pub struct SceneCloud {
     pub visible: bool,
 }
 
+impl SceneCloud {
+    /// A cloud of which nothing else is said.
+    pub fn new(source: CloudSource) -> Self {
+        Self {
+            source,
+            up_axis: None,
+            colour_bits: ColourBits::default(),
+            transform: None,
+            specular: 0.0,
+            shininess: 1.0,
+            mirrors: Vec::new(),
+            colour: ColourBy::default(),
+            visible: true,
+        }
+    }
+}
+
 /// Where the points of a cloud come from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CloudSource {

@@ -376,11 +376,15 @@ fn rule_table(rule: &MirrorRule) -> Table {
             point,
             normal,
             distance,
+            within,
         } => {
             let mut plane = InlineTable::new();
             plane.insert("point", vector(*point));
             plane.insert("normal", vector(*normal));
             plane.insert("distance", (*distance).into());
+            if let Some(Bounds { min, max }) = within {
+                plane.insert("within", corners(*min, *max).into());
+            }
             ("near_plane", plane.into())
         }
     };

@@ -16,7 +16,10 @@ use super::Start;
 use super::buffers::{Buffer, Probe};
 use super::document::Document;
 use super::history::{self, History};
-use super::letters::{Export, Opened, Opening, Request, Shown};
+use super::editing::Selected;
+use super::gizmo::Gizmo;
+use super::handles::Handle;
+use super::letters::{Export, Opened, Opening, Request, Save, Shown};
 use super::navigation::Navigator;
 use super::pace::{Detail, Pace};
 use super::second::Second;
@@ -28,10 +31,18 @@ const BUDGET_MS: f64 = 60.0;
 /// How long the camera rests before everything is drawn.
 const REST: Duration = Duration::from_millis(150);
 
+/// What a file is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    Open,
+    AddCloud,
+    InsertMesh,
+}
+
 /// Everything that the window shows.
 pub(super) struct Viewer {
     pub(super) worker: Worker,
-    pub(super) chosen: (Sender<PathBuf>, Receiver<PathBuf>),
+    pub(super) chosen: (Sender<(Purpose, PathBuf)>, Receiver<(Purpose, PathBuf)>),
     pub(super) opened: Option<Opened>,
     pub(super) history: History,
     pub(super) navigator: Navigator,
@@ -49,6 +60,15 @@ pub(super) struct Viewer {
     pub(super) path: Option<[DVec3; 3]>,
     /// Ends of the distance that is measured; the second may be missing.
     pub(super) measured: Vec<DVec3>,
+    /// What is chosen, and moved by hand.
+    pub(super) selected: Option<Selected>,
+    pub(super) gizmo: Gizmo,
+    /// What is being moved, as it is in this moment.
+    pub(super) moving: Option<(Selected, Handle)>,
+    /// The cloud of which the next click makes a region a mirror.
+    pub(super) picking: Option<usize>,
+    /// Edits that are a step back each, so far.
+    pub(super) steps: u64,
     pub(super) second: Option<Second>,
     /// Where the two pictures meet, part of the width; and whether their difference is shown instead.
     pub(super) wiper: f32,
@@ -104,6 +124,11 @@ impl Viewer {
             probe: None,
             path: None,
             measured: Vec::new(),
+            selected: None,
+            gizmo: Gizmo::default(),
+            moving: None,
+            picking: None,
+            steps: 0,
             second: None,
             wiper: 0.5,
             shows_difference: false,
@@ -212,7 +237,7 @@ impl Viewer {
     }
 
     /// Writes the scene as it is now, with the camera of this view where that is wanted.
-    pub(super) fn save_scene(&mut self, path: PathBuf, with_view: bool) {
+    pub(super) fn save_scene(&mut self, path: PathBuf, with_view: bool, replaces: bool) {
         let Some(opened) = &self.opened else { return };
         let mut scene = self.history.now().put_into(&opened.base);
         if with_view {
@@ -222,18 +247,26 @@ impl Viewer {
             scene.camera.up = Some(camera.up);
             scene.camera.fov_y_degrees = Some(camera.fov_y_degrees);
         }
-        self.worker.save(scene, path);
+        self.worker.save(Save {
+            scene: Box::new(scene),
+            path,
+            replaces,
+        });
     }
 
     /// Asks for a file, in a thread of its own: the dialog is the system's.
-    pub(super) fn ask_for_file(&self, context: &egui::Context) {
+    pub(super) fn ask_for(&self, context: &egui::Context, purpose: Purpose) {
         let (sender, context) = (self.chosen.0.clone(), context.clone());
         let ask = move || {
-            let dialog = rfd::FileDialog::new()
-                .add_filter("scenes and point clouds", &["toml", "ply", "las", "laz"]);
+            let (kinds, endings): (_, &[&str]) = match purpose {
+                Purpose::Open => ("scenes and point clouds", &["toml", "ply", "las", "laz"]),
+                Purpose::AddCloud => ("point clouds", &["ply", "las", "laz"]),
+                Purpose::InsertMesh => ("meshes", &["ply"]),
+            };
+            let dialog = rfd::FileDialog::new().add_filter(kinds, endings);
             if let Some(path) = dialog.pick_file() {
                 // A closed window opens nothing.
-                let _ = sender.send(path);
+                let _ = sender.send((purpose, path));
                 context.request_repaint();
             }
         };

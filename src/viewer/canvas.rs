@@ -4,8 +4,9 @@ use catoptric::camera::Pinhole;
 use eframe::egui::{self, Color32, Key, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::{DVec2, DVec3, UVec2};
 
-use super::app::Viewer;
+use super::app::{Purpose, Viewer};
 use super::buffers::Probe;
+use super::editing;
 use super::navigation::Navigator;
 use super::second::Second;
 
@@ -53,10 +54,12 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
     if let Some(second) = &viewer.second {
         compared(viewer, second, ui, rect);
     }
-    overlays(viewer, ui, rect);
+    let taken = overlays(viewer, ui, rect, &response);
 
     let before = viewer.navigator;
-    pointer(viewer, ui, rect, &response);
+    if !taken {
+        pointer(viewer, ui, rect, &response);
+    }
     if !ui.ctx().egui_wants_keyboard_input() {
         keys(viewer, ui);
     }
@@ -82,7 +85,7 @@ fn welcome(viewer: &mut Viewer, ui: &mut egui::Ui, rect: Rect) {
                 ui.label("Drop a scene (.toml) or a point cloud (.ply, .las, .laz) here");
                 ui.add_space(8.0);
                 if ui.button("Open...").clicked() {
-                    viewer.ask_for_file(ui.ctx());
+                    viewer.ask_for(ui.ctx(), Purpose::Open);
                 }
                 for path in viewer.panels.recent().to_vec() {
                     if ui.link(path.display().to_string()).clicked() {
@@ -123,13 +126,17 @@ fn on_screen(pinhole: &Pinhole, origin: DVec3, rect: Rect, point: DVec3) -> Opti
         .then(|| rect.min + Vec2::new(pixel.x * rect.width(), pixel.y * rect.height()))
 }
 
-/// Lines over the picture: what a mirror's pixel shows, and what is measured.
-fn overlays(viewer: &Viewer, ui: &egui::Ui, rect: Rect) {
-    let Some(opened) = &viewer.opened else { return };
+/// Lines over the picture: what is edited, what a mirror's pixel shows, and what is measured; whether the pointer is on
+/// what is moved by hand.
+fn overlays(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Response) -> bool {
+    let Some(opened) = &viewer.opened else {
+        return false;
+    };
     let origin = opened.loaded.surfels.origin;
     let Ok(pinhole) = viewer.camera().pinhole(origin) else {
-        return;
+        return false;
     };
+    let taken = editing::show(viewer, ui, rect, response, &pinhole, origin);
     let painter = ui.painter().with_clip_rect(rect);
     let line = |points: &[DVec3], colour: Color32| {
         let places: Vec<Pos2> = points
@@ -166,19 +173,27 @@ fn overlays(viewer: &Viewer, ui: &egui::Ui, rect: Rect) {
         );
         painter.text(place, egui::Align2::CENTER_BOTTOM, &text, font, light);
     }
+    taken
 }
 
 /// What a place on screen shows, as far as the last frame tells.
 fn probe(viewer: &Viewer, rect: Rect, at: Pos2) -> Option<Probe> {
     let (shown, opened) = (viewer.shown.as_ref()?, viewer.opened.as_ref()?);
-    let size = shown.products.gbuffer.surface.size();
+    let pixel = pixel(viewer, rect, at)?;
+    let origin = opened.loaded.surfels.origin;
+    Some(Probe::new(&shown.products, origin, pixel))
+}
+
+/// The pixel of the last frame that is there.
+fn pixel(viewer: &Viewer, rect: Rect, at: Pos2) -> Option<UVec2> {
+    let size = (viewer.shown.as_ref()?).products.gbuffer.surface.size();
     let part = (at - rect.min) / rect.size();
     let inside = part.x >= 0.0 && part.y >= 0.0 && part.x < 1.0 && part.y < 1.0;
     let pixel = UVec2::new(
         (part.x * size.x as f32) as u32,
         (part.y * size.y as f32) as u32,
     );
-    inside.then(|| Probe::new(&shown.products, opened.loaded.surfels.origin, pixel))
+    inside.then_some(pixel)
 }
 
 fn pointer(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Response) {
@@ -214,7 +229,12 @@ fn pointer(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Resp
         viewer.navigator.pivot = point;
     } else if response.clicked() {
         let probe = viewer.probe.clone().unwrap_or_default();
-        if shift {
+        let at = response.interact_pointer_pos();
+        if viewer.picking.is_some()
+            && let Some(pixel) = at.and_then(|at| pixel(viewer, rect, at))
+        {
+            viewer.worker.pick(pixel);
+        } else if shift {
             // What a mirror shows is measured to where it really is.
             if viewer.measured.len() > 1 {
                 viewer.measured.clear();
@@ -286,8 +306,12 @@ fn keys(viewer: &mut Viewer, ui: &egui::Ui) {
     } else if redo {
         viewer.redo();
     }
+    if ui.input(|i| i.key_pressed(Key::Delete)) {
+        viewer.remove_selected();
+    }
     if ui.input(|i| i.key_pressed(Key::Escape)) {
         (viewer.path, viewer.measured) = (None, Vec::new());
+        (viewer.selected, viewer.picking) = (None, None);
         if viewer.is_busy() {
             viewer.cancel();
         }

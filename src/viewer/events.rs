@@ -1,10 +1,11 @@
 //! What happens to the window's state when the rendering thread tells something.
 
 use catoptric::camera::Camera;
+use catoptric::scene::MirrorShape;
 use eframe::egui;
 use glam::UVec2;
 
-use super::app::Viewer;
+use super::app::{Purpose, Viewer};
 use super::document::Document;
 use super::history::History;
 use super::letters::{Event, Layer, Opened, Shown};
@@ -44,6 +45,7 @@ impl Viewer {
                     self.say(format!("wrote {}", path.display()));
                     self.opened = Some(*opened);
                 }
+                Event::Picked(select) => self.picked(select),
                 Event::Failed(number, message) => {
                     self.done(number);
                     self.complete = true;
@@ -56,12 +58,21 @@ impl Viewer {
                 }
             }
         }
-        if let Ok(path) = self.chosen.1.try_recv() {
-            self.open(path);
+        if let Ok((purpose, path)) = self.chosen.1.try_recv() {
+            match purpose {
+                Purpose::Open => self.open(path),
+                Purpose::AddCloud => self.add_cloud(path),
+                Purpose::InsertMesh => self.insert_mirror(MirrorShape::Mesh { path }),
+            }
         }
-        let dropped = context.input(|i| i.raw.dropped_files.first().map(|f| f.path().to_owned()));
-        if let Some(path) = dropped {
-            self.open(path);
+        let (dropped, adds) = context.input(|i| {
+            let first = i.raw.dropped_files.first().map(|f| f.path().to_owned());
+            (first, i.modifiers.shift)
+        });
+        match dropped {
+            Some(path) if adds => self.add_cloud(path),
+            Some(path) => self.open(path),
+            None => {}
         }
     }
 
@@ -100,6 +111,7 @@ impl Viewer {
             self.second = None;
             self.history = History::new(Document::of(&opened.scene));
             (self.path, self.measured) = (None, Vec::new());
+            (self.selected, self.moving, self.picking) = (None, None, None);
             self.times.clear();
             self.panels.remember(&opened.opening.path);
             if let Some(up) = self.panels.up_of(&opened.opening.path) {

@@ -5,10 +5,12 @@ use std::sync::Arc;
 
 use catoptric::Progress;
 use catoptric::camera::Camera;
+use catoptric::cloud::Select;
 use catoptric::renderer::Products;
 use catoptric::scene::{LoadedScene, Override, Scene};
 use catoptric::settings::Settings;
 use eframe::egui::ColorImage;
+use glam::UVec2;
 
 use super::buffers::Buffer;
 use super::comparison::Comparison;
@@ -48,6 +50,15 @@ pub(super) struct Export {
     pub(super) gbuffer: Option<PathBuf>,
     pub(super) mirror_gbuffer: Option<PathBuf>,
     pub(super) camera_json: Option<PathBuf>,
+}
+
+/// A scene to be written.
+#[derive(Debug, Clone)]
+pub(super) struct Save {
+    pub(super) scene: Box<Scene>,
+    pub(super) path: PathBuf,
+    /// Whether a file that is there already is replaced.
+    pub(super) replaces: bool,
 }
 
 /// A scene that is open.
@@ -107,6 +118,8 @@ pub(super) enum Event {
     Exported(Vec<PathBuf>),
     /// The scene was written, and is now this one.
     Saved(Box<Opened>),
+    /// What chooses the points of the surface that was asked for.
+    Picked(Option<Select>),
     /// The number of what was asked for, where it has one, and a sentence for the person.
     Failed(Option<u64>, String),
     /// What was begun was stopped.
@@ -117,8 +130,9 @@ pub(super) enum Event {
 pub(super) enum Task {
     Open(Opening),
     Export(Export),
-    /// Writes the scene to a file.
-    Save(Box<Scene>, PathBuf),
+    Save(Save),
+    /// Finds the surface around a pixel of the last frame.
+    Pick(UVec2),
     Render(Request),
     Paint(Buffer),
     Second(Request),

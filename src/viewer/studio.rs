@@ -1,6 +1,5 @@
 //! Where scenes are opened, and pictures made and written: what the rendering thread does.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -11,11 +10,13 @@ use catoptric::reflect::sscr::heat::require_search;
 use catoptric::renderer::{BackendChoice, Machine, Resident};
 use catoptric::scene::{PointCache, Scene};
 use catoptric::{Error, Job};
+use glam::UVec2;
 
 use super::buffers::Buffer;
 use super::comparison::Comparison;
-use super::letters::{Event, Export, Layer, Opened, Opening, Request, Shown, Task};
+use super::letters::{Event, Export, Layer, Opened, Opening, Request, Save, Shown, Task};
 use super::pace::Detail;
+use super::pick;
 
 /// The scene that is open, on its backend.
 pub(super) struct Studio {
@@ -51,7 +52,8 @@ impl Studio {
         let done = match task {
             Task::Open(opening) => self.open(opening, job),
             Task::Export(export) => self.export(&export, job),
-            Task::Save(scene, path) => self.save(&scene, path),
+            Task::Save(save) => self.save(save),
+            Task::Pick(pixel) => self.pick(pixel),
             Task::Render(request) => self.render(request, job),
             Task::Paint(buffer) => self.paint(buffer),
             Task::Second(request) => {
@@ -104,8 +106,19 @@ impl Studio {
     }
 
     /// Writes the scene; from now on it is the one of that file.
-    fn save(&mut self, scene: &Scene, path: PathBuf) -> Result<Event, Error> {
+    fn save(&mut self, save: Save) -> Result<Event, Error> {
         let opened = self.opened.as_mut().ok_or(Error::Cancelled)?;
+        let Save {
+            scene,
+            path,
+            replaces,
+        } = save;
+        if !replaces && path.exists() {
+            return Err(Error::Setting(format!(
+                "{} is there already; choose another name, or replace it",
+                path.display()
+            )));
+        }
         let read = scene.save(&path)?;
         opened.opening = Opening {
             path,
@@ -116,6 +129,14 @@ impl Studio {
         };
         (opened.base, opened.scene) = (read.clone(), read);
         Ok(Event::Saved(Box::new(opened.clone())))
+    }
+
+    fn pick(&self, pixel: UVec2) -> Result<Event, Error> {
+        let open = self.opened.as_ref().zip(self.last.as_ref());
+        let (opened, shown) = open.ok_or(Error::Cancelled)?;
+        let (origin, spacing) = (opened.loaded.surfels.origin, opened.loaded.facts.spacing);
+        let found = pick::region(&shown.products, origin, pixel, spacing);
+        Ok(Event::Picked(found))
     }
 
     /// What is open, the machine, and as many of the points on it.

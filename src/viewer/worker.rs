@@ -3,17 +3,16 @@
 //! What it is to do next lies in a mailbox of one letter of each kind: a newer view takes the place of an older one that
 //! is not begun, and stops one that takes long.
 
-use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use catoptric::renderer::BackendChoice;
-use catoptric::scene::Scene;
 use catoptric::{Error, Job};
+use glam::UVec2;
 
 use super::buffers::Buffer;
-use super::letters::{Event, Export, Opening, Request, Shown, Task};
+use super::letters::{Event, Export, Opening, Request, Save, Shown, Task};
 use super::pace::Detail;
 use super::studio::Studio;
 
@@ -21,7 +20,8 @@ use super::studio::Studio;
 struct Mailbox {
     opening: Option<Opening>,
     export: Option<Export>,
-    save: Option<(Box<Scene>, PathBuf)>,
+    save: Option<Save>,
+    pick: Option<UVec2>,
     request: Option<Request>,
     paint: Option<Buffer>,
     second: Option<Request>,
@@ -135,8 +135,14 @@ impl Worker {
     }
 
     /// Writes the scene to a file.
-    pub(super) fn save(&self, scene: Scene, path: PathBuf) {
-        self.shared.mailbox().save = Some((Box::new(scene), path));
+    pub(super) fn save(&self, save: Save) {
+        self.shared.mailbox().save = Some(save);
+        self.shared.posted.notify_one();
+    }
+
+    /// Finds the surface around a pixel of the last frame.
+    pub(super) fn pick(&self, pixel: UVec2) {
+        self.shared.mailbox().pick = Some(pixel);
         self.shared.posted.notify_one();
     }
 
@@ -176,8 +182,8 @@ impl Mailbox {
         if let Some(opening) = self.opening.take() {
             return Some((Task::Open(opening), Running::Opening));
         }
-        if let Some((scene, path)) = self.save.take() {
-            return Some((Task::Save(scene, path), Running::Export));
+        if let Some(save) = self.save.take() {
+            return Some((Task::Save(save), Running::Export));
         }
         if let Some(export) = self.export.take() {
             return Some((Task::Export(export), Running::Export));
@@ -192,6 +198,9 @@ impl Mailbox {
         }
         if let Some(buffer) = self.paint.take() {
             return Some((Task::Paint(buffer), Running::Moving));
+        }
+        if let Some(pixel) = self.pick.take() {
+            return Some((Task::Pick(pixel), Running::Moving));
         }
         if let Some(frames) = self.compare.take() {
             return Some((Task::Compare(frames), Running::Moving));
@@ -229,7 +238,7 @@ fn work(mut studio: Studio, post: &Post, shared: &Shared) {
         let number = match &task {
             Task::Render(request) | Task::Second(request) => Some(request.number),
             Task::Open(opening) => Some(opening.number),
-            Task::Export(_) | Task::Save(..) | Task::Paint(_) | Task::Compare(_) => None,
+            Task::Export(_) | Task::Save(_) | Task::Pick(_) | Task::Paint(_) | Task::Compare(_) => None,
         };
         let done = studio.answer(task, &job);
         shared.mailbox().running = None;

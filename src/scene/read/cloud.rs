@@ -41,6 +41,18 @@ pub(super) fn read(field: &Field<'_>) -> Result<SceneCloud> {
     })
 }
 
+/// A box of which both corners are given.
+fn corners(field: &Field<'_>) -> Result<Bounds> {
+    let corners = field.table(keys::BOX)?;
+    let min = corners.required("min", "[x, y, z]")?.point()?;
+    let max_field = corners.required("max", "[x, y, z]")?;
+    let max = max_field.point()?;
+    if min.cmpgt(max).any() {
+        return max_field.error("is below min; max must be at least min on every axis");
+    }
+    Ok(Bounds { min, max })
+}
+
 /// The `[clip]`: sides that are not given are infinite.
 pub(in crate::scene) fn clip(field: &Field<'_>) -> Result<Bounds> {
     let table = field.table(keys::BOX)?;
@@ -171,13 +183,7 @@ fn rule(field: &Field<'_>) -> Result<MirrorRule> {
             )
         }
         ["box"] => {
-            let corners = table.required("box", "{ min, max }")?.table(keys::BOX)?;
-            let min = corners.required("min", "[x, y, z]")?.point()?;
-            let max_field = corners.required("max", "[x, y, z]")?;
-            let max = max_field.point()?;
-            if min.cmpgt(max).any() {
-                return max_field.error("is below min; max must be at least min on every axis");
-            }
+            let Bounds { min, max } = corners(&table.required("box", "{ min, max }")?)?;
             Select::Box { min, max }
         }
         ["near_plane"] => {
@@ -188,6 +194,7 @@ fn rule(field: &Field<'_>) -> Result<MirrorRule> {
                 point: plane.required("point", "[x, y, z]")?.point()?,
                 normal: plane.required("normal", "[x, y, z]")?.direction()?,
                 distance: plane.required("distance", "0.02")?.number(&LENGTH)?,
+                within: plane.optional("within", |f| corners(&f))?,
             }
         }
         [] => {

@@ -4,7 +4,7 @@ use eframe::egui;
 
 use crate::viewer::app::Viewer;
 
-const KEYS: [(&str, &str); 19] = [
+const KEYS: [(&str, &str); 23] = [
     ("drag", "turn about the pivot"),
     ("right drag", "look around"),
     ("middle drag, Shift drag", "shift"),
@@ -23,8 +23,12 @@ const KEYS: [(&str, &str); 19] = [
     ("Ctrl+O", "open"),
     ("Ctrl+R", "reload"),
     ("Ctrl+S", "export"),
+    ("Ctrl+Shift+S", "save the scene"),
+    ("G, R, T", "move, turn, scale what is chosen of the scene"),
+    ("Delete", "take it out of the scene"),
     ("Esc", "stop what is under way, put marks away"),
     ("drop a file", "open it"),
+    ("drop with Shift", "add a cloud to what is open"),
     ("Ctrl + -", "larger, smaller interface"),
     ("F1", "this help"),
 ];

@@ -3,13 +3,15 @@
 use eframe::egui::{self, Key, KeyboardShortcut, Modifiers};
 use glam::DVec3;
 
-use crate::viewer::app::Viewer;
+use crate::viewer::app::{Purpose, Viewer};
 use crate::viewer::canvas::frame_all;
 use crate::viewer::history::{as_toml, quoted};
 use crate::viewer::navigation::NamedView;
 
 const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
 const RELOAD: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::R);
+const SAVE: KeyboardShortcut =
+    KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S);
 const EXPORT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::S);
 
 const UPS: [(&str, DVec3); 4] = [
@@ -29,10 +31,14 @@ const THEMES: [(egui::ThemePreference, &str); 3] = [
 pub(super) fn shortcuts(viewer: &mut Viewer, ui: &egui::Ui) {
     let pressed = |shortcut: &KeyboardShortcut| ui.input_mut(|i| i.consume_shortcut(shortcut));
     if pressed(&OPEN) {
-        viewer.ask_for_file(ui.ctx());
+        viewer.ask_for(ui.ctx(), Purpose::Open);
     }
     if pressed(&RELOAD) {
         viewer.reload();
+    }
+    // Before the export, whose keys are among its own.
+    if pressed(&SAVE) {
+        super::save::open(viewer);
     }
     if pressed(&EXPORT) {
         super::export::open(viewer);
@@ -64,7 +70,7 @@ fn file(viewer: &mut Viewer, ui: &mut egui::Ui) {
         ui.add(button).on_hover_text(about).clicked()
     };
     if entry(ui, "Open...", &OPEN, "Open a scene or a point cloud") {
-        viewer.ask_for_file(ui.ctx());
+        viewer.ask_for(ui.ctx(), Purpose::Open);
     }
     ui.menu_button("Open recent", |ui| {
         for path in viewer.panels.recent.clone() {
@@ -82,6 +88,10 @@ fn file(viewer: &mut Viewer, ui: &mut egui::Ui) {
         viewer.reload();
     }
     ui.separator();
+    let about = "Write clouds, mirrors, settings and camera as a scene file";
+    if entry(ui, "Save scene...", &SAVE, about) {
+        super::save::open(viewer);
+    }
     if entry(
         ui,
         "Export...",

@@ -2,10 +2,13 @@
 
 mod compare;
 mod export;
+mod fields;
 mod help;
 mod look;
 mod menu;
 mod numbers;
+mod save;
+mod scene;
 mod settings;
 
 use std::collections::BTreeMap;
@@ -38,9 +41,27 @@ pub(super) struct Panels {
     help: bool,
     #[serde(skip)]
     export: Option<export::Form>,
+    #[serde(skip)]
+    save: Option<save::Form>,
+    /// What the panel on the left shows.
+    #[serde(skip)]
+    tab: Tab,
+}
+
+/// What the panel on the left shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Tab {
+    #[default]
+    Settings,
+    Scene,
 }
 
 impl Panels {
+    /// Whether the scene's tree is seen.
+    pub(super) fn shows_scene(&self) -> bool {
+        self.tab == Tab::Scene && !self.hide_settings
+    }
+
     pub(super) fn load(storage: Option<&dyn eframe::Storage>) -> Self {
         storage
             .and_then(|storage| eframe::get_value(storage, KEY))
@@ -91,7 +112,20 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
             .resizable(true)
             .default_size(300.0)
             .size_range(220.0..=480.0)
-            .show(ui, |ui| settings::show(viewer, ui));
+            .show(ui, |ui| {
+                ui.horizontal(|ui| {
+                    let tab = &mut viewer.panels.tab;
+                    ui.selectable_value(tab, Tab::Settings, "Settings")
+                        .on_hover_text("How the picture is made");
+                    ui.selectable_value(tab, Tab::Scene, "Scene")
+                        .on_hover_text("Clouds, mirrors and the clip box");
+                });
+                ui.separator();
+                match viewer.panels.tab {
+                    Tab::Settings => settings::show(viewer, ui),
+                    Tab::Scene => scene::show(viewer, ui),
+                }
+            });
     }
     if !viewer.panels.hide_numbers {
         egui::Panel::right("numbers")
@@ -114,6 +148,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
     messages(viewer, ui);
     help::show(viewer, ui);
     export::show(viewer, ui);
+    save::show(viewer, ui);
 }
 
 /// Adapter, points, what is under way.

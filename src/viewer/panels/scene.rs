@@ -1,0 +1,384 @@
+//! The scene as a tree: clouds, what of them is a mirror, mirrors put into it, and the clip box.
+
+use catoptric::cloud::{Bounds, ColourBy, MirrorRule, Select};
+use catoptric::scene::{CloudSource, SceneCloud};
+use eframe::egui::{self, RichText};
+use glam::DVec3;
+
+use super::fields;
+use crate::viewer::app::{Purpose, Viewer};
+use crate::viewer::editing::{Kind, Selected};
+
+pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
+    if viewer.opened.is_none() {
+        ui.weak("Open a scene or a point cloud first.");
+        return;
+    }
+    ui.horizontal(|ui| {
+        let save = ui.button("Save scene...");
+        if save
+            .on_hover_text("Write clouds, mirrors, settings and camera as a scene file (Ctrl+Shift+S)")
+            .clicked()
+        {
+            super::save::open(viewer);
+        }
+        if viewer.is_edited() {
+            ui.weak("changed")
+                .on_hover_text("What is shown is not what the scene's file says");
+        }
+    });
+    ui.separator();
+    egui::ScrollArea::vertical().show(ui, |ui| {
+        clouds(viewer, ui);
+        ui.separator();
+        mirrors(viewer, ui);
+        ui.separator();
+        clip(viewer, ui);
+        if let Some((selected, handle)) = viewer.selected_handle() {
+            ui.separator();
+            ui.heading("Chosen");
+            let mut gizmo = std::mem::take(&mut viewer.gizmo);
+            gizmo.buttons(ui, &handle);
+            viewer.gizmo = gizmo;
+            if let Some((shape, finished)) = fields::of_handle(ui, selected, &handle) {
+                viewer.move_selected(shape, finished);
+            }
+        }
+    });
+}
+
+fn clouds(viewer: &mut Viewer, ui: &mut egui::Ui) {
+    ui.horizontal(|ui| {
+        ui.heading("Clouds");
+        let add = ui.small_button("Add...");
+        let about = "Add a point cloud to those that are here; or drop it onto the window with Shift";
+        if add.on_hover_text(about).clicked() {
+            viewer.ask_for(ui.ctx(), Purpose::AddCloud);
+        }
+    });
+    let count = viewer.document().clouds.len();
+    for index in 0..count {
+        let Some(cloud) = viewer.document().clouds.get(index).cloned() else {
+            break;
+        };
+        let mut edited = cloud.clone();
+        let id = ui.make_persistent_id(("cloud", index));
+        let header = egui::collapsing_header::CollapsingState::load_with_default_open(
+            ui.ctx(),
+            id,
+            false,
+        );
+        header
+            .show_header(ui, |ui| {
+                let seen = ui.checkbox(&mut edited.visible, "");
+                seen.on_hover_text("Whether the cloud is drawn");
+                ui.label(short_name(&cloud)).on_hover_text(about(viewer, &cloud));
+            })
+            .body(|ui| {
+                of_cloud(viewer, ui, index, &mut edited);
+                let remove = egui::Button::new("Remove");
+                let remove = ui.add_enabled(count > 1, remove);
+                if remove
+                    .on_hover_text("Take the cloud out of the scene; its file stays")
+                    .on_disabled_hover_text("A scene has at least one cloud")
+                    .clicked()
+                {
+                    viewer.selected = None;
+                    viewer.edit("remove a cloud", |document| {
+                        document.clouds.remove(index);
+                    });
+                }
+            });
+        if edited != cloud && viewer.document().clouds.get(index) == Some(&cloud) {
+            let what = format!("cloud {index}");
+            viewer.edit(&what, |document| {
+                if let Some(cloud) = document.clouds.get_mut(index) {
+                    *cloud = edited;
+                }
+            });
+        }
+    }
+}
+
+fn short_name(cloud: &SceneCloud) -> String {
+    match &cloud.source {
+        CloudSource::File(path) => {
+            let name = path.file_name().unwrap_or(path.as_os_str());
+            name.to_string_lossy().into_owned()
+        }
+        CloudSource::Generated { name, .. } => name.to_string(),
+    }
+}
+
+/// What is known of a cloud.
+fn about(viewer: &Viewer, cloud: &SceneCloud) -> String {
+    let name = cloud.name();
+    let clouds = viewer.opened.iter().flat_map(|o| &o.loaded.facts.clouds);
+    let facts = clouds.into_iter().find(|facts| facts.name == name);
+    facts.map_or_else(
+        || name.clone(),
+        |facts| {
+            let points = super::grouped(facts.points);
+            format!("{name}\n{}\n{points} points are drawn", facts.format)
+        },
+    )
+}
+
+/// What can be said of one cloud.
+fn of_cloud(viewer: &mut Viewer, ui: &mut egui::Ui, index: usize, cloud: &mut SceneCloud) {
+    ui.horizontal(|ui| {
+        ui.label("colour by").on_hover_text("What gives points their colour");
+        egui::ComboBox::from_id_salt(("colour", index))
+            .selected_text(cloud.colour.name())
+            .show_ui(ui, |ui| {
+                for by in ColourBy::ALL {
+                    ui.selectable_value(&mut cloud.colour, by, by.name())
+                        .on_hover_text(colour_help(by));
+                }
+            })
+            .response
+            .on_hover_text(colour_help(cloud.colour));
+    });
+    ui.horizontal_wrapped(|ui| {
+        ui.label("mark as mirror")
+            .on_hover_text("Points of the cloud that are a mirror");
+        let by_box = ui.button("Box");
+        if by_box
+            .on_hover_text("Points in a box about the pivot, which can be moved by hand")
+            .clicked()
+        {
+            let Bounds { min, max } = viewer.box_about_pivot();
+            viewer.mark(index, Select::Box { min, max });
+        }
+        let picking = viewer.picking == Some(index);
+        let pick = ui.selectable_label(picking, "Region");
+        if pick
+            .on_hover_text("The surface that is clicked on next, up to its edges")
+            .clicked()
+        {
+            viewer.picking = (!picking).then_some(index);
+        }
+        classes(viewer, ui, cloud);
+    });
+    let mut removed = None;
+    for (rule, marked) in cloud.mirrors.iter_mut().enumerate() {
+        ui.horizontal(|ui| {
+            let this = Selected::Rule { cloud: index, rule };
+            let label = ui.selectable_label(viewer.selected == Some(this), rule_name(marked));
+            let label = label.on_hover_text("Choose it; a box can be moved by hand");
+            if label.clicked() {
+                viewer.selected = Some(this);
+            }
+            let part = egui::DragValue::new(&mut marked.reflectance);
+            ui.add(part.range(0.0..=1.0).speed(0.01))
+                .on_hover_text("Reflectance, 0 to 1");
+            if ui.small_button("Remove").on_hover_text("These points are no mirror").clicked() {
+                removed = Some(rule);
+            }
+        });
+    }
+    if let Some(rule) = removed {
+        cloud.mirrors.remove(rule);
+        viewer.selected = None;
+    }
+}
+
+fn colour_help(by: ColourBy) -> &'static str {
+    match by {
+        ColourBy::Auto => "Their own colours; without any, intensity, or else height",
+        ColourBy::Rgb => "Their own colours",
+        ColourBy::Intensity => "Grey by intensity, from the 2nd to the 98th percentile",
+        ColourBy::Height => "From low and dark to high and light",
+        ColourBy::Class => "A colour for each class: ground, vegetation, buildings ...",
+    }
+}
+
+/// The classes that the cloud has; those that are chosen are mirrors.
+fn classes(viewer: &Viewer, ui: &mut egui::Ui, cloud: &mut SceneCloud) {
+    let name = cloud.name();
+    let facts = viewer.opened.iter().flat_map(|o| &o.loaded.facts.clouds);
+    let known = facts.into_iter().find(|facts| facts.name == name);
+    let known = known.map(|facts| facts.classes.clone()).unwrap_or_default();
+    let menu = ui.add_enabled_ui(!known.is_empty(), |ui| {
+        ui.menu_button("Class", |ui| {
+            let rule = cloud.mirrors.iter().position(is_of_classes);
+            let mut chosen: Vec<u8> = match rule.and_then(|r| cloud.mirrors.get(r)) {
+                Some(MirrorRule {
+                    select: Select::Classification(classes),
+                    ..
+                }) => classes.clone(),
+                _ => Vec::new(),
+            };
+            let before = chosen.clone();
+            for (class, points) in &known {
+                let mut is = chosen.contains(class);
+                let text = format!("{class} ({} points)", super::grouped(*points));
+                if ui.checkbox(&mut is, text).on_hover_text(class_name(*class)).changed() {
+                    chosen.retain(|c| c != class);
+                    if is {
+                        chosen.push(*class);
+                    }
+                }
+            }
+            if chosen != before {
+                chosen.sort_unstable();
+                let select = Select::Classification(chosen.clone());
+                match rule {
+                    Some(rule) if chosen.is_empty() => {
+                        cloud.mirrors.remove(rule);
+                    }
+                    Some(rule) => {
+                        if let Some(rule) = cloud.mirrors.get_mut(rule) {
+                            rule.select = select;
+                        }
+                    }
+                    None => cloud.mirrors.push(MirrorRule {
+                        select,
+                        reflectance: 1.0,
+                    }),
+                }
+            }
+        });
+    });
+    menu.response
+        .on_hover_text("Points of these classes")
+        .on_disabled_hover_text("The file has no classes");
+}
+
+fn is_of_classes(rule: &MirrorRule) -> bool {
+    matches!(rule.select, Select::Classification(_))
+}
+
+fn class_name(class: u8) -> &'static str {
+    match class {
+        0 => "never classified",
+        1 => "unclassified",
+        2 => "ground",
+        3 => "low vegetation",
+        4 => "medium vegetation",
+        5 => "high vegetation",
+        6 => "building",
+        7 => "low noise",
+        8 => "model key point",
+        9 => "water",
+        10 => "rail",
+        11 => "road surface",
+        12 => "overlap",
+        13 => "wire, guard",
+        14 => "wire, conductor",
+        15 => "transmission tower",
+        16 => "wire connector",
+        17 => "bridge deck",
+        18 => "high noise",
+        _ => "of the file's own",
+    }
+}
+
+fn rule_name(rule: &MirrorRule) -> String {
+    match &rule.select {
+        Select::Property(name) => format!("column {name}"),
+        Select::Classification(classes) => {
+            let classes: Vec<String> = classes.iter().map(u8::to_string).collect();
+            format!("class {}", classes.join(", "))
+        }
+        Select::Box { .. } => "box".to_owned(),
+        Select::NearPlane { within: None, .. } => "plane".to_owned(),
+        Select::NearPlane { .. } => "region".to_owned(),
+    }
+}
+
+fn mirrors(viewer: &mut Viewer, ui: &mut egui::Ui) {
+    ui.horizontal(|ui| {
+        ui.heading("Mirrors");
+        let menu = ui.menu_button("Insert", |ui| {
+            for (kind, name, about) in Kind::ALL {
+                if ui.button(name).on_hover_text(about).clicked() {
+                    viewer.insert(kind);
+                }
+            }
+            let mesh = ui.button("Mesh...");
+            if mesh.on_hover_text("A mirror of a PLY file with faces, where the file has it").clicked() {
+                viewer.ask_for(ui.ctx(), Purpose::InsertMesh);
+            }
+        });
+        menu.response
+            .on_hover_text("Put a mirror where the pivot is; double click puts the pivot on a point");
+    });
+    if viewer.document().mirrors.is_empty() {
+        ui.weak("None was put into the scene.");
+    }
+    for index in 0..viewer.document().mirrors.len() {
+        let Some(mirror) = viewer.document().mirrors.get(index) else {
+            break;
+        };
+        let name = format!("{} {}", index + 1, fields::name_of(mirror));
+        let this = Selected::Mirror(index);
+        let label = ui.selectable_label(viewer.selected == Some(this), name);
+        if label
+            .on_hover_text("Choose it, to be moved by hand")
+            .clicked()
+        {
+            let chosen = viewer.selected == Some(this);
+            viewer.selected = (!chosen).then_some(this);
+        }
+    }
+    if let Some(Selected::Mirror(index)) = viewer.selected {
+        ui.horizontal(|ui| {
+            let double = ui.button("Duplicate");
+            if double.on_hover_text("A second one in the same place").clicked()
+                && let Some(mirror) = viewer.document().mirrors.get(index).cloned()
+            {
+                viewer.insert_mirror(mirror);
+            }
+            let remove = ui.button("Remove");
+            if remove.on_hover_text("Take it out of the scene (Delete)").clicked() {
+                viewer.remove_selected();
+            }
+            let look = ui.button("Pivot here");
+            if look.on_hover_text("Turn about it").clicked()
+                && let Some((_, handle)) = viewer.selected_handle()
+            {
+                viewer.navigator.pivot = handle.centre();
+                viewer.touch();
+            }
+        });
+    }
+}
+
+fn clip(viewer: &mut Viewer, ui: &mut egui::Ui) {
+    let Some(bounds) = viewer.opened.as_ref().map(|o| o.loaded.facts.bounds) else {
+        return;
+    };
+    ui.horizontal(|ui| {
+        let mut on = viewer.document().clip.is_some();
+        let check = ui.checkbox(&mut on, RichText::new("Clip box").heading());
+        let about = "Draw only what lies in a box; mirrors put into the scene stay whole";
+        if check.on_hover_text(about).changed() {
+            viewer.edit("clip box", |document| document.clip = on.then_some(bounds));
+            viewer.selected = on.then_some(Selected::Clip);
+        }
+        if on {
+            let chosen = viewer.selected == Some(Selected::Clip);
+            let by_hand = ui.selectable_label(chosen, "by hand");
+            if by_hand.on_hover_text("Show its handles in the picture").clicked() {
+                // Sides that the file leaves open end where the points do.
+                let finite = viewer.document().clip.map(|clip| within(clip, bounds));
+                viewer.edit("clip box", |document| document.clip = finite);
+                viewer.selected = (!chosen).then_some(Selected::Clip);
+            }
+        }
+    });
+}
+
+/// The box, but for sides that are infinitely far.
+fn within(clip: Bounds, bounds: Bounds) -> Bounds {
+    let side = |side: DVec3, end: DVec3| {
+        DVec3::from_array(std::array::from_fn(|k| {
+            if side[k].is_finite() { side[k] } else { end[k] }
+        }))
+    };
+    Bounds {
+        min: side(clip.min, bounds.min),
+        max: side(clip.max, bounds.max),
+    }
+}
