@@ -3,20 +3,41 @@
 //! The interface runs in one thread and never waits. Everything long runs in another (`worker`,
 //! `studio`), which tells by events (`letters`).
 //! What is pure is apart, and tested without a window: how the camera moves (`navigation`), how much is drawn while it
-//! does (`pace`), layers in colours (`buffers`), undo and the command line (`history`).
+//! does (`pace`), layers in colours (`buffers`), undo and the command line (`history`), where the scene is in the window
+//! (`screen`), what comes of a shape that is dragged (`handles`), outlines (`wireframe`).
 
 mod app;
 mod buffers;
 mod canvas;
 mod comparison;
 mod events;
+#[cfg_attr(
+    not(test),
+    expect(dead_code, reason = "the list of mirrors is yet to call it")
+)]
+mod gizmo;
+#[cfg_attr(
+    not(test),
+    expect(dead_code, reason = "the list of mirrors is yet to call it")
+)]
+mod handles;
 mod history;
 mod letters;
 mod navigation;
 mod pace;
 mod panels;
+#[cfg_attr(
+    not(test),
+    expect(dead_code, reason = "the list of mirrors is yet to call it")
+)]
+mod screen;
 mod second;
 mod studio;
+#[cfg_attr(
+    not(test),
+    expect(dead_code, reason = "the list of mirrors is yet to call it")
+)]
+mod wireframe;
 mod worker;
 
 #[cfg(test)]
