@@ -3,7 +3,8 @@
 //! The interface runs in one thread and never waits. Everything long runs in another (`worker`,
 //! `studio`), which tells by events (`letters`).
 //! What is pure is apart, and tested without a window: how the camera moves (`navigation`), how much is drawn while it
-//! does (`pace`), layers in colours (`buffers`), undo and the command line (`history`).
+//! does (`pace`), layers in colours (`buffers`), undo and the command line (`history`), where the scene is in the window
+//! (`screen`), what comes of a shape that is dragged (`handles`), outlines (`wireframe`).
 
 mod app;
 mod buffers;
@@ -12,14 +13,18 @@ mod comparison;
 mod document;
 mod editing;
 mod events;
+mod gizmo;
+mod handles;
 mod history;
 mod letters;
 mod navigation;
 mod pace;
 mod panels;
 mod pick;
+mod screen;
 mod second;
 mod studio;
+mod wireframe;
 mod worker;
 
 #[cfg(test)]
