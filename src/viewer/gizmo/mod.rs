@@ -130,7 +130,7 @@ impl Gizmo {
                 let response = ui
                     .add_enabled(mode.is_offered(handle), button)
                     .on_hover_text(mode.help())
-                    .on_disabled_hover_text("This shape looks the same however it is turned");
+                    .on_disabled_hover_text("This shape is not turned");
                 if response.clicked() {
                     self.choose(mode);
                 }
