@@ -15,10 +15,10 @@ use glam::{DVec3, UVec2};
 use super::Start;
 use super::buffers::{Buffer, Probe};
 use super::document::Document;
-use super::history::{self, History};
 use super::editing::Selected;
 use super::gizmo::Gizmo;
 use super::handles::Handle;
+use super::history::{self, History};
 use super::letters::{Export, Opened, Opening, Request, Save, Shown};
 use super::navigation::Navigator;
 use super::pace::{Detail, Pace};
@@ -334,18 +334,27 @@ impl Viewer {
         fitted.unwrap_or(camera)
     }
 
-    /// The words that render this picture without a window.
+    /// The words that render this picture without a window; the scene must be [saved](Viewer::must_be_saved) where it has
+    /// to be.
     pub(super) fn command_line(&self, camera: &Camera, output: &Path) -> Vec<String> {
         let opened = self.opened.as_ref();
         let defaults = Settings::default();
+        let differences = opened.and_then(|o| history::differences(&o.base, self.document()));
         history::command_line(
             &opened.map_or_else(String::new, |o| o.opening.path.display().to_string()),
             opened.map_or(&[], |o| &o.opening.given),
+            &differences.unwrap_or_default(),
             opened.map_or(&defaults, |o| &o.base.settings),
             self.settings(),
             camera,
             &output.display().to_string(),
         )
+    }
+
+    /// Whether the scene has become one that no command line can tell.
+    pub(super) fn must_be_saved(&self) -> bool {
+        let opened = self.opened.as_ref();
+        opened.is_some_and(|o| history::differences(&o.base, self.document()).is_none())
     }
 
     pub(super) fn export(&mut self, export: Export) {

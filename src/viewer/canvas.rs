@@ -57,9 +57,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
     let taken = overlays(viewer, ui, rect, &response);
 
     let before = viewer.navigator;
-    if !taken {
-        pointer(viewer, ui, rect, &response);
-    }
+    pointer(viewer, ui, rect, &response, taken);
     if !ui.ctx().egui_wants_keyboard_input() {
         keys(viewer, ui);
     }
@@ -196,13 +194,18 @@ fn pixel(viewer: &Viewer, rect: Rect, at: Pos2) -> Option<UVec2> {
     inside.then_some(pixel)
 }
 
-fn pointer(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Response) {
+/// `taken`: drags and clicks belong to what is moved by hand.
+fn pointer(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Response, taken: bool) {
     let hovered = response.hover_pos().and_then(|at| probe(viewer, rect, at));
     if hovered.is_some() {
         viewer.probe = hovered;
     }
     let under_cursor = viewer.probe.as_ref().and_then(|p| p.position);
 
+    wheel(viewer, ui, response, under_cursor);
+    if taken {
+        return;
+    }
     let drag = response.drag_delta();
     let (x, y) = (f64::from(drag.x), f64::from(drag.y));
     let turn = TURN / f64::from(rect.height().max(1.0));
@@ -214,14 +217,6 @@ fn pointer(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Resp
     } else if response.dragged() {
         let scale = f64::from(ui.ctx().pixels_per_point());
         viewer.navigator.pan(DVec2::new(x, y) * scale, &viewer.like);
-    }
-
-    if response.contains_pointer() {
-        let notches = f64::from(ui.input(|i| i.smooth_scroll_delta().y)) / 50.0;
-        if notches != 0.0 {
-            let towards = under_cursor.unwrap_or(viewer.navigator.pivot);
-            viewer.navigator.zoom(notches, towards);
-        }
     }
     if response.double_clicked()
         && let Some(point) = under_cursor
@@ -248,6 +243,22 @@ fn pointer(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Resp
                 (Some(mirror), Some(shown)) => Some([viewer.navigator.position, mirror, shown]),
                 _ => None,
             };
+        }
+    }
+}
+
+/// Goes to what is under the cursor, or away from it.
+fn wheel(
+    viewer: &mut Viewer,
+    ui: &egui::Ui,
+    response: &egui::Response,
+    under_cursor: Option<DVec3>,
+) {
+    if response.contains_pointer() {
+        let notches = f64::from(ui.input(|i| i.smooth_scroll_delta().y)) / 50.0;
+        if notches != 0.0 {
+            let towards = under_cursor.unwrap_or(viewer.navigator.pivot);
+            viewer.navigator.zoom(notches, towards);
         }
     }
 }

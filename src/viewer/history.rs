@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use catoptric::camera::Camera;
+use catoptric::scene::Scene;
 use catoptric::settings::Settings;
 
 use super::document::Document;
@@ -98,11 +99,48 @@ pub(super) fn as_toml(settings: &Settings) -> String {
     text.collect::<Vec<_>>().join("\n")
 }
 
-/// The arguments after `catoptric` that render the same picture: what was given when the viewer was started, then every
-/// setting that differs from the defaults or was given, then the camera.
+/// What differs of the scene's clouds and clip box from its file, as `key=value`; `None` where options cannot say it, and
+/// the scene must be saved first.
+pub(super) fn differences(base: &Scene, document: &Document) -> Option<Vec<String>> {
+    let mut words = Vec::new();
+    let mut clouds = base.clouds.clone();
+    if clouds.len() != document.clouds.len() || base.mirrors != document.mirrors {
+        return None;
+    }
+    for (index, (was, is)) in clouds.iter_mut().zip(&document.clouds).enumerate() {
+        if was.visible != is.visible {
+            words.push(format!("cloud.{index}.visible={}", is.visible));
+        }
+        if was.colour != is.colour {
+            words.push(format!("cloud.{index}.colour={}", is.colour.name()));
+        }
+        (was.visible, was.colour) = (is.visible, is.colour);
+    }
+    if base.clip != document.clip {
+        let clip = document.clip?;
+        for (key, corner) in [("min", clip.min), ("max", clip.max)] {
+            // A side that is open cannot be said where the file closes it.
+            if !corner.is_finite() && base.clip.is_some() {
+                return None;
+            }
+            if corner.is_finite() {
+                words.push(format!("clip.{key}={}", vector(corner)));
+            }
+        }
+    }
+    (clouds == document.clouds).then_some(words)
+}
+
+fn vector(v: glam::DVec3) -> String {
+    format!("[{},{},{}]", v.x, v.y, v.z)
+}
+
+/// The arguments after `catoptric` that render the same picture: what was given when the viewer was started, then what
+/// differs of the scene, every setting that differs from what it was opened with, then the camera.
 pub(super) fn command_line(
     path: &str,
     given: &[String],
+    differences: &[String],
     opened_with: &Settings,
     settings: &Settings,
     camera: &Camera,
@@ -110,6 +148,9 @@ pub(super) fn command_line(
 ) -> Vec<String> {
     let mut words = vec!["render".to_owned(), path.to_owned()];
     words.extend_from_slice(given);
+    for difference in differences {
+        words.extend(["--set".to_owned(), difference.clone()]);
+    }
     let mut set = |text: String| words.extend(["--set".to_owned(), text]);
     for setting in Settings::describe() {
         let (was, is) = (
@@ -120,7 +161,6 @@ pub(super) fn command_line(
             set(format!("{}={value}", setting.key));
         }
     }
-    let vector = |v: glam::DVec3| format!("[{},{},{}]", v.x, v.y, v.z);
     set(format!("camera.position={}", vector(camera.position)));
     set(format!("camera.target={}", vector(camera.target)));
     set(format!("camera.up={}", vector(camera.up)));

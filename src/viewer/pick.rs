@@ -6,8 +6,10 @@ use catoptric::cloud::{Bounds, Select};
 use catoptric::renderer::Products;
 use glam::{DVec3, UVec2, Vec2, Vec3};
 
-/// Neighbours whose normals differ by more than this are another surface; its cosine.
-const SAME_SURFACE: f32 = 0.966;
+/// Where normals turn by more than this (its cosine) over so many spacings there is an edge. Neighbouring pixels would not tell:
+/// splats that overlap turn slowly from one side to the other.
+const REACH: f32 = 2.0;
+const SAME_SURFACE: f32 = 0.9;
 
 /// Neighbours that are farther off each other's planes than this are another surface, spacings.
 const STEP: f32 = 2.0;
@@ -28,7 +30,12 @@ pub(super) fn region(
 ) -> Option<Select> {
     let surface = Joined::around(products, pixel, spacing as f32)?;
     let count = surface.positions.len() as f64;
-    let centre = surface.positions.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / count;
+    let centre = surface
+        .positions
+        .iter()
+        .map(|p| p.as_dvec3())
+        .sum::<DVec3>()
+        / count;
     let normal = surface.normals.iter().map(|n| n.as_dvec3()).sum::<DVec3>();
     let normal = normal.try_normalize()?;
     let positions = surface.positions.iter().map(|p| origin + p.as_dvec3());
@@ -81,15 +88,21 @@ impl Joined {
         at(start)?;
         let mut seen = vec![false; width * height];
         seen[start] = true;
-        let mut waiting = VecDeque::from([start]);
+        // With each pixel, the last one on the way to it that was a reach away from the one before.
+        let mut waiting = VecDeque::from([(start, start)]);
         let mut joined = Self {
             positions: Vec::new(),
             normals: Vec::new(),
         };
-        while let Some(i) = waiting.pop_front() {
-            let Some((position, normal)) = at(i) else {
+        while let Some((i, anchor)) = waiting.pop_front() {
+            let (Some((position, normal)), Some((from, before))) = (at(i), at(anchor)) else {
                 continue;
             };
+            if normal.dot(before) < SAME_SURFACE {
+                continue;
+            }
+            let far = position.distance(from) >= REACH * spacing;
+            let anchor = if far { i } else { anchor };
             joined.positions.push(position);
             joined.normals.push(normal);
             let (x, y) = (i % width, i / width);
@@ -100,13 +113,12 @@ impl Joined {
                 (y + 1 < height).then(|| i + width),
             ];
             for next in neighbours.into_iter().flatten() {
-                let Some((other, its)) = at(next).filter(|_| !seen[next]) else {
+                let Some((other, _)) = at(next).filter(|_| !seen[next]) else {
                     continue;
                 };
-                let off = (other - position).dot(normal).abs();
-                if its.dot(normal) >= SAME_SURFACE && off <= STEP * spacing {
+                if (other - position).dot(normal).abs() <= STEP * spacing {
                     seen[next] = true;
-                    waiting.push_back(next);
+                    waiting.push_back((next, anchor));
                 }
             }
         }

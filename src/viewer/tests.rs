@@ -16,6 +16,8 @@ use super::app::Viewer;
 use super::buffers::Buffer;
 use super::pace::Detail;
 
+mod editing;
+
 const SCENE: &str = r#"
     format = 1
     [[cloud]]
@@ -208,6 +210,26 @@ fn every_layer_is_painted() {
     assert_ne!(pictures[0].values(), pictures[1].values(), "light shows");
 }
 
+/// What a command line says on top of the scene.
+fn overrides(words: &[String]) -> Vec<Override> {
+    (words.windows(2).filter(|w| w[0] == "--set"))
+        .map(|w| Override::parse(&w[1], &w[1]).expect("a setting"))
+        .collect()
+}
+
+/// The picture that `catoptric render` writes, byte for byte.
+fn rendered(scene: &Path, overrides: &[Override], output: &Path) -> Vec<u8> {
+    let scene = Scene::open(scene, overrides).expect("the scene");
+    let (loaded, job) = (scene.load(&Job::default()).expect("points"), Job::default());
+    let mut renderer = Renderer::new(&BackendChoice::Cpu, &loaded.surfels).expect("a CPU");
+    let (view, plan) = (loaded.view().expect("a view"), loaded.plan(&scene.settings));
+    let products = renderer
+        .render(&view, &plan, &scene.settings, &job)
+        .expect("a frame");
+    write_picture(output, &products.radiance, &scene.settings.image).expect("a file");
+    std::fs::read(output).expect("a picture")
+}
+
 #[test]
 fn what_is_exported_is_what_the_command_line_renders() {
     let (mut window, folder) = opened("export");
@@ -236,20 +258,9 @@ fn what_is_exported_is_what_the_command_line_renders() {
     });
 
     let words = window.state().command_line(&camera, "out.png".as_ref());
-    let overrides: Vec<Override> = (words.windows(2).filter(|w| w[0] == "--set"))
-        .map(|w| Override::parse(&w[1], &w[1]).expect("a setting"))
-        .collect();
+    let overrides = overrides(&words);
     let render = |overrides: &[Override], name: &str| {
-        let scene = Scene::open(words[1].as_ref(), overrides).expect("the scene");
-        let (loaded, job) = (scene.load(&Job::default()).expect("points"), Job::default());
-        let mut renderer = Renderer::new(&BackendChoice::Cpu, &loaded.surfels).expect("a CPU");
-        let (view, plan) = (loaded.view().expect("a view"), loaded.plan(&scene.settings));
-        let products = renderer
-            .render(&view, &plan, &scene.settings, &job)
-            .expect("a frame");
-        let path = folder.join(name);
-        write_picture(&path, &products.radiance, &scene.settings.image).expect("a file");
-        std::fs::read(path).expect("a picture")
+        rendered(words[1].as_ref(), overrides, &folder.join(name))
     };
     let exported = std::fs::read(picture).expect("a picture");
     assert!(exported == render(&overrides, "same.png"), "byte for byte");

@@ -238,7 +238,9 @@ fn work(mut studio: Studio, post: &Post, shared: &Shared) {
         let number = match &task {
             Task::Render(request) | Task::Second(request) => Some(request.number),
             Task::Open(opening) => Some(opening.number),
-            Task::Export(_) | Task::Save(_) | Task::Pick(_) | Task::Paint(_) | Task::Compare(_) => None,
+            Task::Export(_) | Task::Save(_) | Task::Pick(_) | Task::Paint(_) | Task::Compare(_) => {
+                None
+            }
         };
         let done = studio.answer(task, &job);
         shared.mailbox().running = None;

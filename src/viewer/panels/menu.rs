@@ -107,6 +107,9 @@ fn file(viewer: &mut Viewer, ui: &mut egui::Ui) {
         let mut words = viewer.command_line(&camera, "picture.png".as_ref());
         words.insert(0, "catoptric".into());
         ui.ctx().copy_text(quoted(&words));
+        if viewer.must_be_saved() {
+            viewer.say("the scene was changed: save it, and the command line renders the same");
+        }
     }
     ui.separator();
     if ui.button("Quit").clicked() {

@@ -1,0 +1,293 @@
+//! Scenes that are changed by hand.
+
+use catoptric::cloud::{Bounds, ColourBy, Select};
+use catoptric::scene::{MirrorShape, Scene};
+use glam::{DVec3, UVec2};
+
+use super::*;
+use crate::viewer::document::Document;
+use crate::viewer::editing::{Kind, Selected};
+use crate::viewer::handles::Handle;
+use crate::viewer::letters::Export;
+
+/// At rest, showing the document.
+fn shows_document(viewer: &Viewer) -> bool {
+    let same = |scene: &Scene| Document::of(scene).has_points_of(viewer.document());
+    viewer.opened.as_ref().is_some_and(|o| same(&o.scene)) && is_at_rest(viewer)
+}
+
+fn points(viewer: &Viewer) -> u64 {
+    viewer.opened.as_ref().expect("a scene").loaded.facts.points
+}
+
+fn picture(window: &mut Harness<'_, Viewer>, path: &Path) -> Vec<u8> {
+    let viewer = window.state_mut();
+    let camera = catoptric::camera::Camera {
+        size: UVec2::new(120, 80),
+        ..viewer.camera()
+    };
+    let export = Export {
+        camera,
+        settings: viewer.settings().clone(),
+        picture: Some(path.to_owned()),
+        gbuffer: None,
+        mirror_gbuffer: None,
+        camera_json: None,
+    };
+    viewer.messages.clear();
+    viewer.export(export);
+    until(window, "the file", |v| {
+        v.messages.iter().any(|(_, m)| m.contains("wrote"))
+    });
+    std::fs::read(path).expect("a picture")
+}
+
+/// What the command line of the window renders.
+fn same_without_a_window(window: &Harness<'_, Viewer>, output: &Path) -> Vec<u8> {
+    let viewer = window.state();
+    let camera = catoptric::camera::Camera {
+        size: UVec2::new(120, 80),
+        ..viewer.camera()
+    };
+    let words = viewer.command_line(&camera, "out.png".as_ref());
+    rendered(words[1].as_ref(), &overrides(&words), output)
+}
+
+#[test]
+fn a_mirror_is_inserted_moved_taken_back_and_saved() {
+    let (mut window, folder) = opened("inserted");
+    let before = points(window.state());
+    window.state_mut().navigator.pivot = DVec3::new(-0.5, -0.5, -0.5);
+    window.state_mut().insert(Kind::Sphere);
+    until(&mut window, "the mirror", shows_document);
+    assert!(points(window.state()) > before, "it has points of its own");
+    assert_eq!(window.state().selected, Some(Selected::Mirror(0)));
+
+    let (_, handle) = window.state().selected_handle().expect("a ball");
+    let Some(MirrorShape::Shape(ball)) = handle.mirror() else {
+        panic!("a ball");
+    };
+    let moved = ball.scaled_and_shifted(1.0, DVec3::ZERO, DVec3::X * 0.25);
+    let moved = Handle::of_mirror(&MirrorShape::Shape(moved)).expect("a ball");
+    window.state_mut().move_selected(moved.clone(), false);
+    assert!(
+        shows_document(window.state()),
+        "a drag under way changes no scene"
+    );
+    window.state_mut().move_selected(moved.clone(), true);
+    until(&mut window, "the moved mirror", shows_document);
+    assert_eq!(
+        window.state().selected_handle(),
+        Some((Selected::Mirror(0), moved))
+    );
+    window.state_mut().undo();
+    until(&mut window, "the first place", shows_document);
+    assert_eq!(
+        window.state().selected_handle(),
+        Some((Selected::Mirror(0), handle))
+    );
+    window.state_mut().undo();
+    until(&mut window, "no mirror", shows_document);
+    assert_eq!(points(window.state()), before);
+    window.state_mut().redo();
+    window.state_mut().redo();
+    until(&mut window, "the moved mirror again", shows_document);
+
+    // No option puts a mirror into a scene; a saved one has it.
+    assert!(window.state().must_be_saved() && window.state().is_edited());
+    let path = folder.join("saved.toml");
+    window.state_mut().save_scene(path.clone(), true, false);
+    let saved = |v: &Viewer| v.opened.as_ref().is_some_and(|o| o.opening.path == path);
+    until(&mut window, "the scene's file", saved);
+    assert!(!window.state().must_be_saved() && !window.state().is_edited());
+    let exported = picture(&mut window, &folder.join("viewer.png"));
+    let same = same_without_a_window(&window, &folder.join("same.png"));
+    assert!(exported == same, "byte for byte");
+    let without = rendered(&folder.join("scene.toml"), &[], &folder.join("without.png"));
+    assert!(exported != without, "the mirror is seen");
+
+    // A second time it is there already, and stays as it is unless it may be replaced.
+    window.state_mut().messages.clear();
+    window.state_mut().save_scene(path.clone(), true, false);
+    until(&mut window, "a refusal", |v| {
+        v.messages.iter().any(|(failed, _)| *failed)
+    });
+}
+
+#[test]
+fn what_options_can_say_needs_no_saving() {
+    let (mut window, folder) = opened("options");
+    window.state_mut().edit("look", |document| {
+        document.clouds[0].colour = ColourBy::Height;
+        document.clip = Some(Bounds {
+            min: DVec3::new(-0.5, -2.0, -9.0),
+            max: DVec3::new(2.0, 2.0, 9.0),
+        });
+    });
+    until(&mut window, "the part", shows_document);
+    assert!(window.state().is_edited() && !window.state().must_be_saved());
+    let exported = picture(&mut window, &folder.join("viewer.png"));
+    let same = same_without_a_window(&window, &folder.join("same.png"));
+    assert!(exported == same, "byte for byte");
+}
+
+#[test]
+fn an_edit_that_cannot_be_shown_is_taken_back() {
+    let (mut window, _) = opened("refused");
+    window.state_mut().edit("cloud 0", |document| {
+        document.clouds[0].colour = ColourBy::Class;
+    });
+    until(&mut window, "a sentence", |v| !v.messages.is_empty());
+    let viewer = window.state();
+    assert!(
+        viewer.messages[0].1.contains("classification"),
+        "{:?}",
+        viewer.messages
+    );
+    assert_eq!(viewer.document().clouds[0].colour, ColourBy::Auto);
+    assert!(!viewer.history.can_undo(), "there is nothing to take back");
+    until(&mut window, "the picture as it was", shows_document);
+}
+
+#[test]
+fn quick_edits_end_with_the_last() {
+    let (mut window, _) = opened("quick");
+    window.state_mut().insert(Kind::Torus);
+    for k in 0..20 {
+        let (_, handle) = window.state().selected_handle().expect("a ring");
+        let Some(MirrorShape::Shape(ring)) = handle.mirror() else {
+            panic!("a ring");
+        };
+        let ring = ring.scaled_and_shifted(1.0, DVec3::ZERO, DVec3::X * 0.01);
+        let ring = Handle::of_mirror(&MirrorShape::Shape(ring)).expect("a ring");
+        window.state_mut().move_selected(ring, true);
+        if k % 3 == 0 {
+            window.step();
+        }
+    }
+    let last = window.state().document().clone();
+    until(&mut window, "the last place", shows_document);
+    assert_eq!(window.state().document(), &last);
+    assert!(
+        window.state().messages.is_empty(),
+        "{:?}",
+        window.state().messages
+    );
+}
+
+#[test]
+fn a_region_that_is_clicked_on_becomes_a_mirror() {
+    let (mut window, _) = opened("region");
+    let marked = |v: &Viewer| {
+        v.opened
+            .as_ref()
+            .expect("a scene")
+            .loaded
+            .facts
+            .mirror_points
+    };
+    let before = marked(window.state());
+    // The wall behind the ball: its picture is flat and looks along z.
+    let shown = window.state().shown.clone().expect("a frame");
+    let gbuffer = &shown.products.gbuffer;
+    let size = gbuffer.surface.size();
+    let wall = (0..size.x * size.y).find(|&i| {
+        let (surface, albedo) = (
+            gbuffer.surface.values()[i as usize],
+            gbuffer.albedo.values()[i as usize],
+        );
+        let valid = gbuffer.material.values()[i as usize].w > 0.0;
+        valid && albedo.w == 0.0 && surface.z > 0.99 && i % size.x > size.x / 4
+    });
+    let wall = wall.expect("a wall");
+    window.state_mut().picking = Some(0);
+    window
+        .state()
+        .worker
+        .pick(UVec2::new(wall % size.x, wall / size.x));
+    until(&mut window, "the mirror", |v| {
+        marked(v) > before && shows_document(v)
+    });
+    let viewer = window.state();
+    let select = &viewer.document().clouds[0]
+        .mirrors
+        .last()
+        .expect("a rule")
+        .select;
+    let Select::NearPlane {
+        point,
+        normal,
+        within: Some(within),
+        ..
+    } = select
+    else {
+        panic!("a flat region: {select:?}");
+    };
+    assert!(normal.z.abs() > 0.999, "{normal}");
+    let surfels = &viewer.opened.as_ref().expect("a scene").loaded.surfels;
+    let on_wall = |p: DVec3| (p.z - point.z).abs() < 0.1 && within.contains(p);
+    let (mut near, mut missed) = (0, 0);
+    for (place, finish) in surfels.places.iter().zip(&surfels.finishes) {
+        let p = place.position.as_dvec3();
+        if on_wall(p) && finish.normal().z > 0.9 {
+            near += 1;
+            missed += u64::from(finish.mirror() == 0.0);
+        }
+    }
+    assert!(
+        near > 100 && missed * 50 < near,
+        "{missed} of {near} points are no mirror"
+    );
+    // Where nothing is seen there is no region.
+    window.state_mut().picking = Some(0);
+    window.state().worker.pick(UVec2::MAX);
+    until(&mut window, "a sentence", |v| {
+        v.messages.iter().any(|(_, m)| m.contains("no point"))
+    });
+}
+
+#[test]
+fn a_cloud_is_added_hidden_and_removed() {
+    let (mut window, folder) = opened("added");
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n\
+               0 0 0\n0.1 0 0\n0 0.1 0\n";
+    let path = folder.join("three.ply");
+    std::fs::write(&path, ply).expect("a cloud");
+    let before = points(window.state());
+    window.state_mut().add_cloud(path);
+    until(&mut window, "both", shows_document);
+    assert_eq!(points(window.state()), before + 3);
+    window
+        .state_mut()
+        .edit("cloud 0", |document| document.clouds[0].visible = false);
+    until(&mut window, "the second alone", shows_document);
+    assert_eq!(points(window.state()), 3);
+    window
+        .state_mut()
+        .edit("cloud 1", |document| document.clouds[1].visible = false);
+    until(&mut window, "a sentence", |v| !v.messages.is_empty());
+    assert!(window.state().document().clouds[1].visible, "one stays");
+}
+
+#[test]
+fn the_tree_of_the_scene_has_letters_for_all_that_it_says() {
+    let (mut window, _) = opened("tree");
+    window.get_by_label("Scene").click();
+    window.run_steps(3);
+    window.state_mut().insert(Kind::Paraboloid);
+    until(&mut window, "the mirror", shows_document);
+    for label in ["Insert", "Save scene..."] {
+        window.get_by_label(label).click();
+        // A letter that no font has is a panic here.
+        window.run_steps(4);
+        assert!(
+            window.query_by_label_contains("focal length").is_some(),
+            "{label}"
+        );
+    }
+    let pressed = Modifiers::NONE;
+    window.key_press_modifiers(pressed, Key::Delete);
+    until(&mut window, "no mirror", |v| {
+        v.document().mirrors.is_empty()
+    });
+}
