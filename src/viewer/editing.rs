@@ -100,7 +100,10 @@ impl Kind {
 pub(super) fn handle(document: &Document, selected: Selected) -> Option<Handle> {
     match selected {
         Selected::Mirror(index) => Handle::of_mirror(document.mirrors.get(index)?),
-        Selected::Clip => document.clip.filter(|c| c.size().is_finite()).map(Handle::Box),
+        Selected::Clip => document
+            .clip
+            .filter(|c| c.size().is_finite())
+            .map(Handle::Box),
         Selected::Rule { cloud, rule } => {
             match &document.clouds.get(cloud)?.mirrors.get(rule)?.select {
                 Select::Box { min, max } => Some(Handle::Box(Bounds {
@@ -151,7 +154,9 @@ impl Viewer {
 
     /// Moves what is chosen: for the eye alone, or, where a drag is over, in the scene.
     pub(super) fn move_selected(&mut self, shape: Handle, finished: bool) {
-        let Some(selected) = self.selected else { return };
+        let Some(selected) = self.selected else {
+            return;
+        };
         if finished {
             self.moving = None;
             // Each drag is a step of its own.
@@ -192,7 +197,9 @@ impl Viewer {
             return;
         }
         self.edit("add a cloud", |document| {
-            document.clouds.push(SceneCloud::new(CloudSource::File(path)));
+            document
+                .clouds
+                .push(SceneCloud::new(CloudSource::File(path)));
         });
     }
 

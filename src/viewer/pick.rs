@@ -28,7 +28,12 @@ pub(super) fn region(
 ) -> Option<Select> {
     let surface = Joined::around(products, pixel, spacing as f32)?;
     let count = surface.positions.len() as f64;
-    let centre = surface.positions.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / count;
+    let centre = surface
+        .positions
+        .iter()
+        .map(|p| p.as_dvec3())
+        .sum::<DVec3>()
+        / count;
     let normal = surface.normals.iter().map(|n| n.as_dvec3()).sum::<DVec3>();
     let normal = normal.try_normalize()?;
     let positions = surface.positions.iter().map(|p| origin + p.as_dvec3());

@@ -16,6 +16,8 @@ use super::app::Viewer;
 use super::buffers::Buffer;
 use super::pace::Detail;
 
+mod film;
+
 const SCENE: &str = r#"
     format = 1
     [[cloud]]

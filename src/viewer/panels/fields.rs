@@ -53,37 +53,47 @@ pub(super) fn of_handle(
         any |= response.changed();
         over |= (response.changed() && !response.dragged()) || response.drag_stopped();
     };
-    egui::Grid::new(("fields", selected)).num_columns(2).show(ui, |ui| {
-        for field in fields(&mut changed) {
-            match field {
-                Field::Point(name, point) => {
-                    ui.label(name).on_hover_text("In the scene's frame");
-                    three(ui, point, size * SPEED, 4, "In the scene's frame", &mut hear);
-                }
-                Field::Direction(name, direction) => {
-                    ui.label(name).on_hover_text("A direction; its length does not count");
-                    let before = *direction;
-                    let about = "A direction; its length does not count";
-                    three(ui, direction, 0.01, 3, about, &mut hear);
-                    if direction.try_normalize().is_none() {
-                        *direction = before;
+    egui::Grid::new(("fields", selected))
+        .num_columns(2)
+        .show(ui, |ui| {
+            for field in fields(&mut changed) {
+                match field {
+                    Field::Point(name, point) => {
+                        ui.label(name).on_hover_text("In the scene's frame");
+                        three(
+                            ui,
+                            point,
+                            size * SPEED,
+                            4,
+                            "In the scene's frame",
+                            &mut hear,
+                        );
+                    }
+                    Field::Direction(name, direction) => {
+                        ui.label(name)
+                            .on_hover_text("A direction; its length does not count");
+                        let before = *direction;
+                        let about = "A direction; its length does not count";
+                        three(ui, direction, 0.01, 3, about, &mut hear);
+                        if direction.try_normalize().is_none() {
+                            *direction = before;
+                        }
+                    }
+                    Field::Length(name, length) => {
+                        ui.label(name).on_hover_text("In the clouds' unit");
+                        let value = DragValue::new(length).range(1e-9..=9e11);
+                        let value = value.speed((size * SPEED).max(1e-9)).max_decimals(6);
+                        hear(&ui.add(value).on_hover_text("In the clouds' unit"));
+                    }
+                    Field::Part(name, part) => {
+                        ui.label(name).on_hover_text("Relative to the radius");
+                        let value = DragValue::new(part).range(0.0..=0.9).speed(0.005);
+                        hear(&ui.add(value).on_hover_text("Relative to the radius"));
                     }
                 }
-                Field::Length(name, length) => {
-                    ui.label(name).on_hover_text("In the clouds' unit");
-                    let value = DragValue::new(length).range(1e-9..=9e11);
-                    let value = value.speed((size * SPEED).max(1e-9)).max_decimals(6);
-                    hear(&ui.add(value).on_hover_text("In the clouds' unit"));
-                }
-                Field::Part(name, part) => {
-                    ui.label(name).on_hover_text("Relative to the radius");
-                    let value = DragValue::new(part).range(0.0..=0.9).speed(0.005);
-                    hear(&ui.add(value).on_hover_text("Relative to the radius"));
-                }
+                ui.end_row();
             }
-            ui.end_row();
-        }
-    });
+        });
     // A drag that ends where it was is over all the same.
     (any || over).then(|| (sound(changed, handle), over))
 }
@@ -165,7 +175,10 @@ fn fields(handle: &mut Handle) -> Vec<Field<'_>> {
 
 /// What a drag's speed is measured by.
 fn size_of(handle: &Handle) -> f64 {
-    let longest = handle.arms().into_iter().map(|arm| arm.at.distance(handle.centre()));
+    let longest = handle
+        .arms()
+        .into_iter()
+        .map(|arm| arm.at.distance(handle.centre()));
     longest.fold(1e-6, f64::max)
 }
 

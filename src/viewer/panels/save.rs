@@ -25,7 +25,11 @@ pub(super) fn open(viewer: &mut Viewer) {
     };
     let path = &opened.opening.path;
     let own = is_scene_file(path);
-    let path = if own { path.clone() } else { path.with_extension("toml") };
+    let path = if own {
+        path.clone()
+    } else {
+        path.with_extension("toml")
+    };
     viewer.panels.save = Some(Form {
         path: path.display().to_string(),
         with_view: true,

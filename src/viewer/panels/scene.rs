@@ -17,7 +17,9 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
     ui.horizontal(|ui| {
         let save = ui.button("Save scene...");
         if save
-            .on_hover_text("Write clouds, mirrors, settings and camera as a scene file (Ctrl+Shift+S)")
+            .on_hover_text(
+                "Write clouds, mirrors, settings and camera as a scene file (Ctrl+Shift+S)",
+            )
             .clicked()
         {
             super::save::open(viewer);
@@ -51,7 +53,8 @@ fn clouds(viewer: &mut Viewer, ui: &mut egui::Ui) {
     ui.horizontal(|ui| {
         ui.heading("Clouds");
         let add = ui.small_button("Add...");
-        let about = "Add a point cloud to those that are here; or drop it onto the window with Shift";
+        let about =
+            "Add a point cloud to those that are here; or drop it onto the window with Shift";
         if add.on_hover_text(about).clicked() {
             viewer.ask_for(ui.ctx(), Purpose::AddCloud);
         }
@@ -63,16 +66,14 @@ fn clouds(viewer: &mut Viewer, ui: &mut egui::Ui) {
         };
         let mut edited = cloud.clone();
         let id = ui.make_persistent_id(("cloud", index));
-        let header = egui::collapsing_header::CollapsingState::load_with_default_open(
-            ui.ctx(),
-            id,
-            false,
-        );
+        let header =
+            egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, false);
         header
             .show_header(ui, |ui| {
                 let seen = ui.checkbox(&mut edited.visible, "");
                 seen.on_hover_text("Whether the cloud is drawn");
-                ui.label(short_name(&cloud)).on_hover_text(about(viewer, &cloud));
+                ui.label(short_name(&cloud))
+                    .on_hover_text(about(viewer, &cloud));
             })
             .body(|ui| {
                 of_cloud(viewer, ui, index, &mut edited);
@@ -127,7 +128,8 @@ fn about(viewer: &Viewer, cloud: &SceneCloud) -> String {
 /// What can be said of one cloud.
 fn of_cloud(viewer: &mut Viewer, ui: &mut egui::Ui, index: usize, cloud: &mut SceneCloud) {
     ui.horizontal(|ui| {
-        ui.label("colour by").on_hover_text("What gives points their colour");
+        ui.label("colour by")
+            .on_hover_text("What gives points their colour");
         egui::ComboBox::from_id_salt(("colour", index))
             .selected_text(cloud.colour.name())
             .show_ui(ui, |ui| {
@@ -172,7 +174,11 @@ fn of_cloud(viewer: &mut Viewer, ui: &mut egui::Ui, index: usize, cloud: &mut Sc
             let part = egui::DragValue::new(&mut marked.reflectance);
             ui.add(part.range(0.0..=1.0).speed(0.01))
                 .on_hover_text("Reflectance, 0 to 1");
-            if ui.small_button("Remove").on_hover_text("These points are no mirror").clicked() {
+            if ui
+                .small_button("Remove")
+                .on_hover_text("These points are no mirror")
+                .clicked()
+            {
                 removed = Some(rule);
             }
         });
@@ -213,7 +219,11 @@ fn classes(viewer: &Viewer, ui: &mut egui::Ui, cloud: &mut SceneCloud) {
             for (class, points) in &known {
                 let mut is = chosen.contains(class);
                 let text = format!("{class} ({} points)", super::grouped(*points));
-                if ui.checkbox(&mut is, text).on_hover_text(class_name(*class)).changed() {
+                if ui
+                    .checkbox(&mut is, text)
+                    .on_hover_text(class_name(*class))
+                    .changed()
+                {
                     chosen.retain(|c| c != class);
                     if is {
                         chosen.push(*class);
@@ -297,12 +307,16 @@ fn mirrors(viewer: &mut Viewer, ui: &mut egui::Ui) {
                 }
             }
             let mesh = ui.button("Mesh...");
-            if mesh.on_hover_text("A mirror of a PLY file with faces, where the file has it").clicked() {
+            if mesh
+                .on_hover_text("A mirror of a PLY file with faces, where the file has it")
+                .clicked()
+            {
                 viewer.ask_for(ui.ctx(), Purpose::InsertMesh);
             }
         });
-        menu.response
-            .on_hover_text("Put a mirror where the pivot is; double click puts the pivot on a point");
+        menu.response.on_hover_text(
+            "Put a mirror where the pivot is; double click puts the pivot on a point",
+        );
     });
     if viewer.document().mirrors.is_empty() {
         ui.weak("None was put into the scene.");
@@ -325,13 +339,18 @@ fn mirrors(viewer: &mut Viewer, ui: &mut egui::Ui) {
     if let Some(Selected::Mirror(index)) = viewer.selected {
         ui.horizontal(|ui| {
             let double = ui.button("Duplicate");
-            if double.on_hover_text("A second one in the same place").clicked()
+            if double
+                .on_hover_text("A second one in the same place")
+                .clicked()
                 && let Some(mirror) = viewer.document().mirrors.get(index).cloned()
             {
                 viewer.insert_mirror(mirror);
             }
             let remove = ui.button("Remove");
-            if remove.on_hover_text("Take it out of the scene (Delete)").clicked() {
+            if remove
+                .on_hover_text("Take it out of the scene (Delete)")
+                .clicked()
+            {
                 viewer.remove_selected();
             }
             let look = ui.button("Pivot here");
@@ -360,7 +379,10 @@ fn clip(viewer: &mut Viewer, ui: &mut egui::Ui) {
         if on {
             let chosen = viewer.selected == Some(Selected::Clip);
             let by_hand = ui.selectable_label(chosen, "by hand");
-            if by_hand.on_hover_text("Show its handles in the picture").clicked() {
+            if by_hand
+                .on_hover_text("Show its handles in the picture")
+                .clicked()
+            {
                 // Sides that the file leaves open end where the points do.
                 let finite = viewer.document().clip.map(|clip| within(clip, bounds));
                 viewer.edit("clip box", |document| document.clip = finite);
