@@ -187,8 +187,11 @@ fn preview(viewer: &mut Viewer, ui: &mut egui::Ui) {
         let mut at = viewer.film.at.clamp(start, end);
         ui.spacing_mut().slider_width = 200.0;
         let slider = egui::Slider::new(&mut at, start..=end.max(start + 1e-3));
-        let slider = slider.fixed_decimals(2).suffix(" s").text("time");
-        if ui.add(slider).on_hover_text("Look from the path at this time").changed() {
+        // Rounding the value itself would be a change, and stop the preview.
+        let slider = slider.custom_formatter(|at, _| format!("{at:.2}"));
+        let slider = ui.add(slider.suffix(" s").text("time"));
+        let about = "Look from the path at this time";
+        if slider.on_hover_text(about).changed() {
             viewer.film.pause();
             viewer.scrub(at);
         }
