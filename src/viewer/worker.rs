@@ -39,6 +39,8 @@ struct Mailbox {
 enum Running {
     Opening,
     Export,
+    /// One of a path's pictures.
+    Picture,
     /// A frame of little detail: it is soon done, and shown.
     Moving,
     Still,
@@ -159,6 +161,14 @@ impl Worker {
         self.shared.posted.notify_one();
     }
 
+    /// Writes no more pictures of a path; those that are written stay.
+    pub(super) fn end_film(&self) {
+        let mut mailbox = self.shared.mailbox();
+        mailbox.ends_film = true;
+        mailbox.stop(|running| running == Running::Picture);
+        self.shared.posted.notify_one();
+    }
+
     /// Stops what is under way, and forgets what was to come.
     pub(super) fn cancel(&self) {
         let mut mailbox = self.shared.mailbox();
@@ -195,10 +205,10 @@ impl Mailbox {
     fn next(&mut self, films: bool) -> Option<(Task, Running)> {
         // Begun before it ends, so that its end is told.
         if let Some(take) = self.film.take() {
-            return Some((Task::Film(take), Running::Export));
+            return Some((Task::Film(take), Running::Picture));
         }
         if std::mem::take(&mut self.ends_film) && films {
-            return Some((Task::EndFilm, Running::Export));
+            return Some((Task::EndFilm, Running::Picture));
         }
         if let Some(opening) = self.opening.take() {
             return Some((Task::Open(opening), Running::Opening));
@@ -227,7 +237,7 @@ impl Mailbox {
             return Some((Task::Compare(frames), Running::Moving));
         }
         if films {
-            return Some((Task::Picture, Running::Export));
+            return Some((Task::Picture, Running::Picture));
         }
         let second = self.second.take()?;
         Some((Task::Second(second), Running::Second))

@@ -99,7 +99,9 @@ fn row(
 ) -> Option<Deed> {
     let mut deed = None;
     ui.horizontal(|ui| {
-        ui.add_sized([24.0, 0.0], egui::Label::new(format!("{}", index + 1)));
+        let height = ui.spacing().interact_size.y;
+        let number = egui::Label::new(format!("{}", index + 1));
+        ui.add_sized([24.0, height], number);
         let changing = retimed.filter(|(k, _)| *k == index);
         let mut shown = changing.map_or(time, |(_, time)| time);
         let value = DragValue::new(&mut shown)
@@ -202,7 +204,7 @@ fn preview(viewer: &mut Viewer, ui: &mut egui::Ui) {
             if play.on_hover_text(about).clicked() && !viewer.film.pause() {
                 viewer.begin_playing();
             }
-            let again = ui.checkbox(&mut viewer.film.loops, "again and again");
+            let again = ui.checkbox(&mut viewer.film.loops, "loop");
             again.on_hover_text("Begin anew at the end");
             let put = Button::new("Keyframe here");
             let put = ui.add_enabled(viewer.film.path.turntable.is_none(), put);
@@ -242,9 +244,9 @@ fn files(viewer: &mut Viewer, ui: &mut egui::Ui) {
             let text = format!("picture {} of {total}", (done + 1).min(total));
             ui.add(bar.desired_width(200.0).text(text));
             let stop = ui.button("Stop");
-            let about = "Write no more pictures; those that are written stay (Esc)";
+            let about = "Write no more pictures; those that are written stay";
             if stop.on_hover_text(about).clicked() {
-                viewer.cancel();
+                viewer.worker.end_film();
             }
         });
     }

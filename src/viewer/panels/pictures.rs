@@ -67,11 +67,10 @@ pub(super) fn show(viewer: &mut Viewer, ui: &egui::Ui) {
             fields(ui, &mut form);
             match &count {
                 Ok(count) => {
-                    let (first, last) = (take.file(0), take.file(last));
+                    let [first, last] = [0, last].map(|picture| take.file(picture));
                     ui.label(format!("{count} pictures, and the path:"));
-                    for file in [first, last, take.path_file()] {
-                        ui.weak(file.display().to_string());
-                    }
+                    ui.weak(format!("{} to {}", first.display(), last.display()));
+                    ui.weak(take.path_file().display().to_string());
                 }
                 Err(problem) => {
                     ui.label(problem);
@@ -96,20 +95,26 @@ pub(super) fn show(viewer: &mut Viewer, ui: &egui::Ui) {
 
 fn fields(ui: &mut egui::Ui, form: &mut Form) {
     egui::Grid::new("pictures").num_columns(2).show(ui, |ui| {
-        ui.label("Name")
-            .on_hover_text("Folder and name, without number and ending");
-        ui.add(egui::TextEdit::singleline(&mut form.stem).desired_width(300.0));
+        let about = "Folder and name, without number and ending";
+        ui.label("Name").on_hover_text(about);
+        let name = egui::TextEdit::singleline(&mut form.stem).desired_width(300.0);
+        ui.add(name).on_hover_text(about);
         ui.end_row();
         ui.label("Size").on_hover_text("Width and height, pixels");
         ui.horizontal(|ui| {
-            ui.add(DragValue::new(&mut form.size.x).range(1..=MAX_SIZE));
+            let side = |ui: &mut egui::Ui, side: &mut u32, about: &str| {
+                ui.add(DragValue::new(side).range(1..=MAX_SIZE))
+                    .on_hover_text(about);
+            };
+            side(ui, &mut form.size.x, "Width, pixels");
             ui.label("x");
-            ui.add(DragValue::new(&mut form.size.y).range(1..=MAX_SIZE));
+            side(ui, &mut form.size.y, "Height, pixels");
         });
         ui.end_row();
         ui.label("Rate").on_hover_text("Pictures a second");
-        let rate = DragValue::new(&mut form.rate).range(RATES);
-        ui.add(rate.speed(0.2).max_decimals(3).suffix(" a second"));
+        let rate = DragValue::new(&mut form.rate).range(RATES).speed(0.2);
+        ui.add(rate.max_decimals(3).suffix(" a second"))
+            .on_hover_text("How many pictures a second of the path is");
         ui.end_row();
     });
 }

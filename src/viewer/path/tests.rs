@@ -172,6 +172,9 @@ fn a_turntable_keeps_radius_and_height() {
         assert!((eye.y - 2.0).abs() < 1e-9 && (eye.with_y(0.0).length() - 3.0).abs() < 1e-9);
         assert!((aim.y - 0.5).abs() < 1e-9 && (aim.with_y(0.0).length() - 1.0).abs() < 1e-9);
     }
+    for time in [0.0, 4.0] {
+        assert_eq!(path.pose(time), Some(turn.from), "begun and closed exactly");
+    }
     // Seen from above, anticlockwise: from +z to +x, a quarter of the circle in a quarter of the time.
     let quarter = path.pose(1.0).expect("a view").position - turn.pivot;
     assert!(

@@ -34,8 +34,12 @@ impl Turntable {
 
     /// The view at a time; the circle goes on and on.
     pub(super) fn pose(&self, time: f64) -> Pose {
-        let angle = (time / self.seconds).rem_euclid(1.0) * TAU;
-        let angle = if self.clockwise { -angle } else { angle };
+        let part = (time / self.seconds).rem_euclid(1.0);
+        if part == 0.0 {
+            // To the last digit.
+            return self.from;
+        }
+        let angle = if self.clockwise { -part } else { part } * TAU;
         let axis = self.from.up.normalize_or(DVec3::Y);
         let turn = DQuat::from_axis_angle(axis, angle);
         let place = |point: DVec3| self.pivot + turn * (point - self.pivot);

@@ -255,7 +255,7 @@ fn whoever_stops_the_pictures_has_whole_ones_and_can_look_around_meanwhile() {
     });
     assert!(window.state().film.rendering.is_some(), "pictures go on");
 
-    window.state_mut().cancel();
+    window.get_by_label("Stop").click();
     until(&mut window, "the end", |v| v.film.rendering.is_none());
     let (failed, message) = window.state().messages.last().expect("a message").clone();
     assert!(!failed && message.starts_with("stopped"), "{message}");
@@ -302,7 +302,7 @@ fn the_form_tells_what_will_be_written() {
     window.get_by_label("Render pictures...").click();
     window.run_steps(4);
     window.get_by_label("51 pictures, and the path:");
-    window.get_by_label("scene-0050.png");
+    window.get_by_label("scene-0000.png to scene-0050.png");
     window.get_by_label("scene.path.toml");
 }
 
