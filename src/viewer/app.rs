@@ -16,12 +16,14 @@ use super::Start;
 use super::buffers::{Buffer, Probe};
 use super::document::Document;
 use super::editing::Selected;
+use super::film::Film;
 use super::gizmo::Gizmo;
 use super::handles::Handle;
 use super::history::{self, History};
 use super::letters::{Export, Opened, Opening, Request, Save, Shown};
 use super::navigation::Navigator;
 use super::pace::{Detail, Pace};
+use super::path::is_path_file;
 use super::second::Second;
 use super::worker::Worker;
 
@@ -39,10 +41,13 @@ pub(super) enum Purpose {
     InsertMesh,
 }
 
+/// A file that was chosen, and what for.
+pub(super) type Chosen = (Purpose, PathBuf);
+
 /// Everything that the window shows.
 pub(super) struct Viewer {
     pub(super) worker: Worker,
-    pub(super) chosen: (Sender<(Purpose, PathBuf)>, Receiver<(Purpose, PathBuf)>),
+    pub(super) chosen: (Sender<Chosen>, Receiver<Chosen>),
     pub(super) opened: Option<Opened>,
     pub(super) history: History,
     pub(super) navigator: Navigator,
@@ -69,6 +74,7 @@ pub(super) struct Viewer {
     pub(super) picking: Option<usize>,
     /// Edits that are a step back each, so far.
     pub(super) steps: u64,
+    pub(super) film: Film,
     pub(super) second: Option<Second>,
     /// Where the two pictures meet, part of the width; and whether their difference is shown instead.
     pub(super) wiper: f32,
@@ -129,6 +135,7 @@ impl Viewer {
             moving: None,
             picking: None,
             steps: 0,
+            film: Film::new(context),
             second: None,
             wiper: 0.5,
             shows_difference: false,
@@ -155,8 +162,11 @@ impl Viewer {
         Ok(viewer)
     }
 
-    /// Opens a scene or a cloud in place of what is open.
+    /// Opens a scene or a cloud in place of what is open, or takes a camera path into it.
     pub(super) fn open(&mut self, path: PathBuf) {
+        if is_path_file(&path) {
+            return self.load_path(path);
+        }
         self.begin_opening(Opening {
             number: 0,
             path,
@@ -320,18 +330,10 @@ impl Viewer {
     /// The camera as it looks now, at what is open.
     pub(super) fn camera(&self) -> Camera {
         let camera = self.navigator.camera(&self.like);
-        let Some(opened) = &self.opened else {
-            return camera;
-        };
-        // Planes that nobody gave fit the scene from wherever one looks.
-        let mut scene = opened.scene.clone();
-        scene.camera.position = Some(camera.position);
-        scene.camera.target = Some(camera.target);
-        scene.camera.up = Some(camera.up);
-        scene.camera.fov_y_degrees = Some(camera.fov_y_degrees);
-        scene.camera.size = Some(camera.size);
-        let fitted = scene.camera(opened.loaded.facts.bounds, opened.loaded.up_axis);
-        fitted.unwrap_or(camera)
+        match &self.opened {
+            Some(opened) => opened.fitted(camera),
+            None => camera,
+        }
     }
 
     /// The words that render this picture without a window; the scene must be [saved](Viewer::must_be_saved) where it has
@@ -379,7 +381,7 @@ impl Viewer {
 
     /// Whether anything is being made.
     pub(super) fn is_busy(&self) -> bool {
-        self.loading.is_some() || self.under_way.is_some()
+        self.loading.is_some() || self.under_way.is_some() || self.film.rendering.is_some()
     }
 
     /// Asks for the next frame, where one is due.
@@ -431,6 +433,7 @@ impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         let context = ui.ctx().clone();
         self.hear(&context);
+        self.play();
         super::panels::show(self, ui);
         self.ask(&context);
     }

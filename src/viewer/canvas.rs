@@ -9,6 +9,7 @@ use super::buffers::Probe;
 use super::editing;
 use super::navigation::Navigator;
 use super::second::Second;
+use super::trail;
 
 /// Turn of a drag across the picture's height, radians.
 const TURN: f64 = 2.5;
@@ -131,7 +132,8 @@ fn overlays(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Res
         return false;
     };
     let origin = opened.loaded.surfels.origin;
-    let Ok(pinhole) = viewer.camera().pinhole(origin) else {
+    let camera = viewer.camera();
+    let Ok(pinhole) = camera.pinhole(origin) else {
         return false;
     };
     let taken = editing::show(viewer, ui, rect, response, &pinhole, origin);
@@ -153,6 +155,11 @@ fn overlays(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Res
     };
     if let Some(path) = &viewer.path {
         line(path, Color32::from_rgb(255, 200, 60));
+    }
+    if viewer.panels.shows_path() {
+        trail::show(&viewer.film, &painter, &camera, |point| {
+            on_screen(&pinhole, origin, rect, point)
+        });
     }
     line(&viewer.measured, Color32::from_rgb(90, 200, 255));
     if let [a, b] = viewer.measured[..]
@@ -320,7 +327,11 @@ fn keys(viewer: &mut Viewer, ui: &egui::Ui) {
     if ui.input(|i| i.key_pressed(Key::Delete)) {
         viewer.remove_selected();
     }
-    if ui.input(|i| i.key_pressed(Key::Escape)) {
+    if ui.input(|i| i.key_pressed(Key::K) && !i.modifiers.command) {
+        viewer.add_keyframe();
+    }
+    // A preview that is stopped is all that is put away.
+    if ui.input(|i| i.key_pressed(Key::Escape)) && !viewer.film.pause() {
         (viewer.path, viewer.measured) = (None, Vec::new());
         (viewer.selected, viewer.picking) = (None, None);
         if viewer.is_busy() {

@@ -43,9 +43,15 @@ impl Viewer {
                     let path = opened.opening.path.clone();
                     self.panels.remember(&path);
                     self.say(format!("wrote {}", path.display()));
+                    self.film.belongs_to(&path);
                     self.opened = Some(*opened);
                 }
                 Event::Picked(select) => self.picked(select),
+                Event::Picture(done, total) => {
+                    self.progress = None;
+                    self.film.rendering = Some((done, total));
+                }
+                Event::Filmed(filmed) => self.filmed(&filmed),
                 Event::Failed(number, message) => {
                     self.done(number);
                     self.complete = true;
@@ -58,6 +64,7 @@ impl Viewer {
                 }
             }
         }
+        self.hear_film();
         if let Ok((purpose, path)) = self.chosen.1.try_recv() {
             match purpose {
                 Purpose::Open => self.open(path),
@@ -112,6 +119,7 @@ impl Viewer {
             self.history = History::new(Document::of(&opened.scene));
             (self.path, self.measured) = (None, Vec::new());
             (self.selected, self.moving, self.picking) = (None, None, None);
+            self.film.switch_to(&opened.opening.path);
             self.times.clear();
             self.panels.remember(&opened.opening.path);
             if let Some(up) = self.panels.up_of(&opened.opening.path) {

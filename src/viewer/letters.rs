@@ -15,6 +15,7 @@ use glam::UVec2;
 use super::buffers::Buffer;
 use super::comparison::Comparison;
 use super::pace::Detail;
+use super::take::{Filmed, Take};
 
 /// What to open.
 #[derive(Debug, Clone)]
@@ -74,6 +75,20 @@ pub(super) struct Opened {
     pub(super) adapter: Option<String>,
 }
 
+impl Opened {
+    /// The camera with planes that fit the scene from where it is, unless the scene says which.
+    pub(super) fn fitted(&self, camera: Camera) -> Camera {
+        let mut scene = self.scene.clone();
+        scene.camera.position = Some(camera.position);
+        scene.camera.target = Some(camera.target);
+        scene.camera.up = Some(camera.up);
+        scene.camera.fov_y_degrees = Some(camera.fov_y_degrees);
+        scene.camera.size = Some(camera.size);
+        let fitted = scene.camera(self.loaded.facts.bounds, self.loaded.up_axis);
+        fitted.unwrap_or(camera)
+    }
+}
+
 /// A frame, as it was asked for.
 #[derive(Clone)]
 pub(super) struct Shown {
@@ -120,6 +135,10 @@ pub(super) enum Event {
     Saved(Box<Opened>),
     /// What chooses the points of the surface that was asked for.
     Picked(Option<Select>),
+    /// Pictures of a path that are written, and all that are to be.
+    Picture(usize, usize),
+    /// There are no more.
+    Filmed(Filmed),
     /// The number of what was asked for, where it has one, and a sentence for the person.
     Failed(Option<u64>, String),
     /// What was begun was stopped.
@@ -133,6 +152,12 @@ pub(super) enum Task {
     Save(Save),
     /// Finds the surface around a pixel of the last frame.
     Pick(UVec2),
+    /// Begins to write pictures of a path.
+    Film(Take),
+    /// Writes the next one.
+    Picture,
+    /// Writes no more.
+    EndFilm,
     Render(Request),
     Paint(Buffer),
     Second(Request),

@@ -3,7 +3,7 @@
 //! The interface runs in one thread and never waits. Everything long runs in another (`worker`,
 //! `studio`), which tells by events (`letters`).
 //! What is pure is apart, and tested without a window: how the camera moves (`navigation`), how much is drawn while it
-//! does (`pace`), layers in colours (`buffers`), undo and the command line (`history`), where the scene is in the window
+//! does (`pace`), where it goes with time (`path`), layers in colours (`buffers`), undo and the command line (`history`), where the scene is in the window
 //! (`screen`), what comes of a shape that is dragged (`handles`), outlines (`wireframe`).
 
 mod app;
@@ -13,6 +13,7 @@ mod comparison;
 mod document;
 mod editing;
 mod events;
+mod film;
 mod gizmo;
 mod handles;
 mod history;
@@ -20,10 +21,13 @@ mod letters;
 mod navigation;
 mod pace;
 mod panels;
+mod path;
 mod pick;
 mod screen;
 mod second;
 mod studio;
+mod take;
+mod trail;
 mod wireframe;
 mod worker;
 

@@ -7,16 +7,18 @@ use catoptric::camera::Camera;
 use catoptric::output::{CameraDescription, Outputs, camera_gbuffer, mirror_gbuffer};
 use catoptric::reflect::MirrorGBuffer;
 use catoptric::reflect::sscr::heat::require_search;
-use catoptric::renderer::{BackendChoice, Machine, Resident};
+use catoptric::renderer::{BackendChoice, Machine, Products, Resident};
 use catoptric::scene::{PointCache, Scene};
+use catoptric::settings::Settings;
 use catoptric::{Error, Job};
-use glam::UVec2;
+use glam::{DVec3, UVec2};
 
 use super::buffers::Buffer;
 use super::comparison::Comparison;
 use super::letters::{Event, Export, Layer, Opened, Opening, Request, Save, Shown, Task};
 use super::pace::Detail;
 use super::pick;
+use super::take::Filming;
 
 /// The scene that is open, on its backend.
 pub(super) struct Studio {
@@ -24,11 +26,13 @@ pub(super) struct Studio {
     /// Opened when it is first needed, and again where it was lost.
     machine: Option<Machine>,
     points: PointCache,
-    opened: Option<Opened>,
+    pub(super) opened: Option<Opened>,
     full: Option<Resident>,
     /// The first points, of the last detail that was not full.
     part: Option<(Detail, Resident)>,
     last: Option<Shown>,
+    /// Pictures of a path that are being written.
+    pub(super) film: Option<Filming>,
 }
 
 impl Studio {
@@ -41,6 +45,7 @@ impl Studio {
             full: None,
             part: None,
             last: None,
+            film: None,
         }
     }
 
@@ -49,11 +54,15 @@ impl Studio {
     /// # Errors
     /// What it meets; a device that was lost is opened anew for the next frame.
     pub(super) fn answer(&mut self, task: Task, job: &Job) -> Result<Event, Error> {
+        let films = matches!(task, Task::Picture);
         let done = match task {
             Task::Open(opening) => self.open(opening, job),
             Task::Export(export) => self.export(&export, job),
             Task::Save(save) => self.save(save),
             Task::Pick(pixel) => self.pick(pixel),
+            Task::Film(take) => Ok(self.begin_film(take)),
+            Task::Picture => self.picture(job),
+            Task::EndFilm => Ok(self.end_film(None)),
             Task::Render(request) => self.render(request, job),
             Task::Paint(buffer) => self.paint(buffer),
             Task::Second(request) => {
@@ -64,7 +73,10 @@ impl Studio {
         if matches!(done, Err(Error::Gpu(_))) {
             (self.machine, self.full, self.part) = (None, None, None);
         }
-        done
+        match done {
+            Err(error) if films => Ok(self.end_film(Some(error))),
+            done => done,
+        }
     }
 
     fn open(&mut self, opening: Opening, job: &Job) -> Result<Event, Error> {
@@ -202,15 +214,22 @@ impl Studio {
         Ok(Event::Painted(Layer::new(shown, buffer)))
     }
 
-    fn export(&mut self, export: &Export, job: &Job) -> Result<Event, Error> {
+    /// What a camera sees in full, and what positions are relative to.
+    pub(super) fn products(
+        &mut self,
+        camera: &Camera,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<(Products, DVec3), Error> {
         let (opened, machine, points) = self.stage(Detail::FULL)?;
         let loaded = &opened.loaded;
-        let (plan, view) = (
-            loaded.plan(&export.settings),
-            loaded.view_from(&export.camera)?,
-        );
-        let products = machine.render(points, &view, &plan, &export.settings, job)?;
-        let origin = loaded.surfels.origin;
+        let (plan, view) = (loaded.plan(settings), loaded.view_from(camera)?);
+        let products = machine.render(points, &view, &plan, settings, job)?;
+        Ok((products, loaded.surfels.origin))
+    }
+
+    fn export(&mut self, export: &Export, job: &Job) -> Result<Event, Error> {
+        let (products, origin) = self.products(&export.camera, &export.settings, job)?;
         let mut outputs = Outputs::default();
         if let Some(path) = &export.picture {
             let image = &export.settings.image;

@@ -17,6 +17,7 @@ use super::buffers::Buffer;
 use super::pace::Detail;
 
 mod editing;
+mod film;
 
 const SCENE: &str = r#"
     format = 1

@@ -15,6 +15,7 @@ use super::buffers::Buffer;
 use super::letters::{Event, Export, Opening, Request, Save, Shown, Task};
 use super::pace::Detail;
 use super::studio::Studio;
+use super::take::Take;
 
 #[derive(Default)]
 struct Mailbox {
@@ -22,6 +23,9 @@ struct Mailbox {
     export: Option<Export>,
     save: Option<Save>,
     pick: Option<UVec2>,
+    film: Option<Take>,
+    /// Whether the pictures of a path that are under way are to end.
+    ends_film: bool,
     request: Option<Request>,
     paint: Option<Buffer>,
     second: Option<Request>,
@@ -35,6 +39,8 @@ struct Mailbox {
 enum Running {
     Opening,
     Export,
+    /// One of a path's pictures.
+    Picture,
     /// A frame of little detail: it is soon done, and shown.
     Moving,
     Still,
@@ -93,6 +99,7 @@ impl Worker {
         mailbox.request = None;
         mailbox.export = None;
         mailbox.second = None;
+        mailbox.ends_film = true;
         mailbox.opening = Some(opening);
         mailbox.stop(|_| true);
         self.shared.posted.notify_one();
@@ -146,6 +153,22 @@ impl Worker {
         self.shared.posted.notify_one();
     }
 
+    /// Writes pictures of a path, one by one, whenever no view is asked for. There is to be none under way.
+    pub(super) fn film(&self, take: Take) {
+        let mut mailbox = self.shared.mailbox();
+        mailbox.film = Some(take);
+        mailbox.ends_film = false;
+        self.shared.posted.notify_one();
+    }
+
+    /// Writes no more pictures of a path; those that are written stay.
+    pub(super) fn end_film(&self) {
+        let mut mailbox = self.shared.mailbox();
+        mailbox.ends_film = true;
+        mailbox.stop(|running| running == Running::Picture);
+        self.shared.posted.notify_one();
+    }
+
     /// Stops what is under way, and forgets what was to come.
     pub(super) fn cancel(&self) {
         let mut mailbox = self.shared.mailbox();
@@ -153,6 +176,7 @@ impl Worker {
         mailbox.export = None;
         mailbox.request = None;
         mailbox.second = None;
+        mailbox.ends_film = true;
         mailbox.stop(|_| true);
     }
 
@@ -177,8 +201,15 @@ impl Drop for Worker {
 }
 
 impl Mailbox {
-    /// The letter to answer first.
-    fn next(&mut self) -> Option<(Task, Running)> {
+    /// The letter to answer first; `films` tells whether pictures of a path are under way.
+    fn next(&mut self, films: bool) -> Option<(Task, Running)> {
+        // Begun before it ends, so that its end is told.
+        if let Some(take) = self.film.take() {
+            return Some((Task::Film(take), Running::Picture));
+        }
+        if std::mem::take(&mut self.ends_film) && films {
+            return Some((Task::EndFilm, Running::Picture));
+        }
         if let Some(opening) = self.opening.take() {
             return Some((Task::Open(opening), Running::Opening));
         }
@@ -204,6 +235,9 @@ impl Mailbox {
         }
         if let Some(frames) = self.compare.take() {
             return Some((Task::Compare(frames), Running::Moving));
+        }
+        if films {
+            return Some((Task::Picture, Running::Picture));
         }
         let second = self.second.take()?;
         Some((Task::Second(second), Running::Second))
@@ -234,13 +268,14 @@ impl Post {
 
 /// Answers letters until the window is closed.
 fn work(mut studio: Studio, post: &Post, shared: &Shared) {
-    while let Some((task, job)) = next(post, shared) {
+    while let Some((task, job)) = next(post, shared, studio.film.is_some()) {
         let number = match &task {
             Task::Render(request) | Task::Second(request) => Some(request.number),
             Task::Open(opening) => Some(opening.number),
             Task::Export(_) | Task::Save(_) | Task::Pick(_) | Task::Paint(_) | Task::Compare(_) => {
                 None
             }
+            Task::Film(_) | Task::Picture | Task::EndFilm => None,
         };
         let done = studio.answer(task, &job);
         shared.mailbox().running = None;
@@ -253,13 +288,13 @@ fn work(mut studio: Studio, post: &Post, shared: &Shared) {
 }
 
 /// Waits for something to do; `None` where there will be nothing more.
-fn next(post: &Post, shared: &Shared) -> Option<(Task, Job)> {
+fn next(post: &Post, shared: &Shared, films: bool) -> Option<(Task, Job)> {
     let mut mailbox = shared.mailbox();
     loop {
         if mailbox.quit {
             return None;
         }
-        if let Some((task, running)) = mailbox.next() {
+        if let Some((task, running)) = mailbox.next(films) {
             let post = post.clone();
             let job = Job::with_listener(move |p| post.send(Event::Progress(p)));
             mailbox.running = Some((job.clone(), running));

@@ -4,7 +4,7 @@ use eframe::egui;
 
 use crate::viewer::app::Viewer;
 
-const KEYS: [(&str, &str); 23] = [
+const KEYS: [(&str, &str); 24] = [
     ("drag", "turn about the pivot"),
     ("right drag", "look around"),
     ("middle drag, Shift drag", "shift"),
@@ -18,6 +18,7 @@ const KEYS: [(&str, &str); 23] = [
     ("W A S D, Q E", "fly; with Shift faster"),
     ("F", "frame all"),
     ("Ctrl+0 to 9", "store the camera; 0 to 9 recalls it"),
+    ("K", "add a keyframe to the camera path"),
     ("+ -", "larger, smaller points"),
     ("Ctrl+Z, Ctrl+Y", "undo, redo settings"),
     ("Ctrl+O", "open"),
@@ -26,7 +27,7 @@ const KEYS: [(&str, &str); 23] = [
     ("Ctrl+Shift+S", "save the scene"),
     ("G, R, T", "move, turn, scale what is chosen of the scene"),
     ("Delete", "take it out of the scene"),
-    ("Esc", "stop what is under way, put marks away"),
+    ("Esc", "stop what is under way or plays, put marks away"),
     ("drop a file", "open it"),
     ("drop with Shift", "add a cloud to what is open"),
     ("Ctrl + -", "larger, smaller interface"),

@@ -193,6 +193,8 @@ fn view(viewer: &mut Viewer, ui: &mut egui::Ui) {
     let mut numbers = !viewer.panels.hide_numbers;
     ui.checkbox(&mut settings, "Settings panel");
     ui.checkbox(&mut numbers, "Numbers panel");
+    let path = ui.checkbox(&mut viewer.panels.path.open, "Camera path");
+    path.on_hover_text("Keyframes, preview, turntable, numbered pictures (K adds a keyframe)");
     viewer.panels.hide_settings = !settings;
     viewer.panels.hide_numbers = !numbers;
     ui.separator();

@@ -7,6 +7,8 @@ mod help;
 mod look;
 mod menu;
 mod numbers;
+mod path;
+mod pictures;
 mod save;
 mod scene;
 mod settings;
@@ -41,6 +43,10 @@ pub(super) struct Panels {
     help: bool,
     #[serde(skip)]
     export: Option<export::Form>,
+    #[serde(skip)]
+    path: path::Window,
+    #[serde(skip)]
+    pictures: Option<pictures::Form>,
     #[serde(skip)]
     save: Option<save::Form>,
     /// What the panel on the left shows.
@@ -87,6 +93,15 @@ impl Panels {
     pub(super) fn up_of(&self, path: &Path) -> Option<DVec3> {
         let path = std::path::absolute(path).ok()?;
         self.up.get(&path).copied().map(DVec3::from)
+    }
+
+    /// Opens the window of the camera path.
+    pub(super) fn show_path(&mut self) {
+        self.path.open = true;
+    }
+
+    pub(super) fn shows_path(&self) -> bool {
+        self.path.open
     }
 
     /// Looks for settings.
@@ -149,6 +164,8 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
     help::show(viewer, ui);
     export::show(viewer, ui);
     save::show(viewer, ui);
+    path::show(viewer, ui);
+    pictures::show(viewer, ui);
 }
 
 /// Adapter, points, what is under way.
@@ -175,6 +192,9 @@ fn status(viewer: &mut Viewer, ui: &mut egui::Ui) {
         if viewer.is_busy() {
             ui.separator();
             ui.spinner();
+            if let Some((done, total)) = viewer.film.rendering {
+                ui.label(format!("picture {} of {total}", (done + 1).min(total)));
+            }
             match viewer.progress {
                 Some(p) if p.total > 0 => {
                     let bar = egui::ProgressBar::new(p.done as f32 / p.total as f32);
