@@ -34,6 +34,8 @@ settings_group! {
         edl_strength: f32 = 1.0, 0.0..=100.0, "";
         /// Distance of the neighbours that eye-dome lighting compares.
         edl_radius: f32 = 1.4, 0.5..=16.0, "pixels";
+        /// Pictures with a longer side are made in parts of at most this size, each with regions and a search of its own.
+        part_size: u32 = 4096, 256..=32768, "pixels";
     }
 }
 

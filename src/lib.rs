@@ -44,6 +44,7 @@ pub mod job;
 pub mod measure;
 mod memory;
 pub mod output;
+mod parts;
 pub mod plan;
 pub mod reflect;
 pub mod renderer;

@@ -8,6 +8,7 @@ use crate::gbuffer::average::Pixel;
 use crate::gbuffer::visibility::Sums;
 use crate::gi::vpl::VPL_MAP_SIDE;
 use crate::output::OutputKind;
+use crate::parts::{Part, parts};
 use crate::plan::{Plan, Stage};
 use crate::reflect::sscr::heat::HeatSums;
 use crate::settings::Settings;
@@ -64,7 +65,7 @@ impl Rendering<'_> {
     /// Bytes of main memory, at the worst moment: what the frame leaves, and the largest of what mirrors take on the way,
     /// what indirect light takes, and what encoding the largest output takes.
     fn bytes(&self, grids: GridsIn) -> u64 {
-        let pixels = u64::from(self.size.x) * u64::from(self.size.y);
+        let pixels = self.pixels();
         let maps = if self.plan.runs(Stage::LightDepth, true) {
             self.lights as u64 * u64::from(self.settings.gi.light_map_size).pow(2) * 4
         } else {
@@ -77,7 +78,7 @@ impl Rendering<'_> {
             GridsIn::Device => frame + pixels * VECTOR,
         };
         let reflects = self.plan.runs(Stage::Reflect, true);
-        let held = if reflects || self.outputs.contains(&OutputKind::MirrorGBuffer) {
+        let held = if self.holds_mirrors() {
             // A software device holds the mirrors where the products are, too.
             let copies = if grids == GridsIn::SoftwareDevice {
                 2
@@ -85,11 +86,6 @@ impl Rendering<'_> {
                 1
             };
             copies * pixels * MIRROR
-        } else {
-            0
-        };
-        let heat = if (self.outputs.iter()).any(|o| matches!(o, OutputKind::SearchHeat(_))) {
-            pixels * size_of::<HeatSums>() as u64
         } else {
             0
         };
@@ -101,17 +97,67 @@ impl Rendering<'_> {
         } else {
             0
         };
-        let encoding = (self.outputs.iter())
-            .map(|output| pixels * output.bytes_per_pixel())
-            .max()
-            .unwrap_or(0);
-        SPARE + frame + held + heat + reflecting.max(encoding).max(indirect)
+        let encoding = self.encoding();
+        SPARE + frame + held + self.heat() + reflecting.max(encoding).max(indirect)
+    }
+
+    /// The same where the picture is made in parts of this size: one of them at a time, beside what all leave.
+    fn bytes_in_parts(&self, part: UVec2, grids: GridsIn) -> u64 {
+        let one = Rendering {
+            size: part,
+            outputs: &[],
+            ..*self
+        };
+        let pixels = self.pixels();
+        let mirrors = if self.holds_mirrors() {
+            pixels * MIRROR
+        } else {
+            0
+        };
+        one.bytes(grids) + pixels * FRAME + mirrors + self.heat() + self.encoding()
+    }
+
+    fn pixels(&self) -> u64 {
+        u64::from(self.size.x) * u64::from(self.size.y)
+    }
+
+    fn holds_mirrors(&self) -> bool {
+        self.plan.runs(Stage::Reflect, true) || self.outputs.contains(&OutputKind::MirrorGBuffer)
+    }
+
+    /// Where searches end.
+    fn heat(&self) -> u64 {
+        let wanted = |output: &OutputKind| matches!(output, OutputKind::SearchHeat(_));
+        if self.outputs.iter().any(wanted) {
+            self.pixels() * size_of::<HeatSums>() as u64
+        } else {
+            0
+        }
+    }
+
+    /// What encoding the largest output takes.
+    fn encoding(&self) -> u64 {
+        let outputs = self.outputs.iter();
+        let bytes = outputs.map(|output| self.pixels() * output.bytes_per_pixel());
+        bytes.max().unwrap_or(0)
     }
 
     /// [`crate::Error::Memory`] where the picture would not fit.
     pub(crate) fn require_memory(&self, grids: GridsIn) -> Result<()> {
         let UVec2 { x, y } = self.size;
-        require_memory(&format!("a picture of {x} x {y} pixels"), self.bytes(grids))
+        let largest = self.settings.image.part_size;
+        let cut = parts(self.size, largest);
+        let part = cut
+            .iter()
+            .map(Part::size)
+            .max_by_key(|size| u64::from(size.x) * u64::from(size.y));
+        match part.filter(|_| cut.len() > 1) {
+            Some(part) => require_memory(
+                &format!("a picture of {x} x {y} pixels in parts of {largest} (image.part_size)"),
+                self.bytes_in_parts(part, grids),
+            ),
+            None => require_memory(&format!("a picture of {x} x {y} pixels"), self.bytes(grids)),
+        }
     }
 }
 

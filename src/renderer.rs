@@ -19,6 +19,7 @@ use crate::job::Job;
 use crate::measure::BounceReport;
 use crate::memory::{GridsIn, Rendering};
 use crate::output::OutputKind;
+use crate::parts::{Whole, parts};
 use crate::plan::Plan;
 use crate::reflect::MirrorGBuffer;
 use crate::reflect::sscr::heat::HeatSums;
@@ -192,7 +193,8 @@ impl Machine {
         rendering.require_memory(grids)
     }
 
-    /// Renders one frame of a cloud that was brought here, and brings it to main memory.
+    /// Renders one frame of a cloud that was brought here, and brings it to main memory: in parts, where a side is longer
+    /// than `image.part_size`.
     ///
     /// # Errors
     /// [`Error::Memory`] where it would not fit, [`Error::Setting`] where the cloud is on another machine, what the
@@ -206,6 +208,30 @@ impl Machine {
         job: &Job,
     ) -> Result<Products> {
         self.require_memory(view, plan, settings, &[])?;
+        let cut = parts(view.pinhole.size, settings.image.part_size);
+        if cut.len() <= 1 {
+            return self.render_whole(resident, view, plan, settings, job);
+        }
+        let mut whole = Whole::new(view.pinhole);
+        for part in &cut {
+            let window = View {
+                pinhole: part.pinhole(&view.pinhole),
+                ..view.clone()
+            };
+            let made = self.render_whole(resident, &window, plan, settings, job)?;
+            whole.add(part, made);
+        }
+        Ok(whole.finish())
+    }
+
+    fn render_whole(
+        &mut self,
+        resident: &mut Resident,
+        view: &View,
+        plan: &Plan,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<Products> {
         match (&mut self.backend, &mut resident.cloud) {
             (AnyBackend::Cpu(cpu), AnyCloud::Cpu(held)) => {
                 held.render(&mut **cpu, view, plan, settings, job)

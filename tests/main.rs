@@ -34,6 +34,7 @@ mod npz;
 mod oracle;
 mod output;
 mod overrides;
+mod parts;
 mod program;
 mod quality;
 mod ray_trace;
@@ -78,6 +79,7 @@ fn main() {
         oracle::tests(),
         output::tests(),
         overrides::tests(),
+        parts::tests(),
         quality::tests(),
         regions::tests(),
         render::tests(),

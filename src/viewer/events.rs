@@ -55,6 +55,7 @@ impl Viewer {
                 Event::Failed(number, message) => {
                     self.done(number);
                     self.complete = true;
+                    self.refuse_comparison(number, &message);
                     self.fail(message);
                     self.give_up_edits(number);
                 }

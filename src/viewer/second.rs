@@ -13,6 +13,9 @@ pub(super) struct Second {
     /// For people.
     pub(super) name: String,
     pub(super) settings: Settings,
+    /// The number of the frame that was asked for last, and what was said where it failed.
+    asked: u64,
+    pub(super) refusal: Option<String>,
     /// The last frame with them.
     pub(super) shown: Option<Shown>,
     pub(super) texture: Option<egui::TextureHandle>,
@@ -26,6 +29,8 @@ impl Viewer {
         self.second = Some(Second {
             name: name.to_owned(),
             settings,
+            asked: 0,
+            refusal: None,
             shown: None,
             texture: None,
             difference: None,
@@ -36,7 +41,7 @@ impl Viewer {
 
     /// Asks for what the comparison lacks: the other frame of this view, or how the two compare.
     pub(super) fn compare(&mut self) {
-        let (Some(second), Some(shown)) = (&self.second, &self.shown) else {
+        let (Some(second), Some(shown)) = (&mut self.second, &self.shown) else {
             return;
         };
         if shown.request.detail != Detail::FULL || !self.complete {
@@ -52,12 +57,20 @@ impl Viewer {
                 .compare(shown.clone(), with.clone(), self.buffer),
             None => {
                 self.number += 1;
+                (second.asked, second.refusal) = (self.number, None);
                 self.worker.second(Request {
                     number: self.number,
                     settings: second.settings.clone(),
                     ..shown.request.clone()
                 });
             }
+        }
+    }
+
+    /// A frame could not be made; it may be the one to compare with.
+    pub(super) fn refuse_comparison(&mut self, number: Option<u64>, message: &str) {
+        if let Some(second) = self.second.as_mut().filter(|s| Some(s.asked) == number) {
+            second.refusal = Some(message.to_owned());
         }
     }
 

@@ -26,7 +26,9 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
     });
     let Some(second) = &viewer.second else { return };
     ui.label(format!("left: {}", second.name));
-    if second.texture.is_none() {
+    if let Some(refusal) = &second.refusal {
+        ui.colored_label(ui.visuals().error_fg_color, refusal);
+    } else if second.texture.is_none() {
         ui.horizontal(|ui| {
             ui.spinner();
             ui.weak("to come when the camera rests");
