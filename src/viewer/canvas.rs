@@ -76,18 +76,22 @@ fn welcome(viewer: &mut Viewer, ui: &mut egui::Ui, rect: Rect) {
                 ui.heading("Opening");
                 ui.label(path.display().to_string());
                 ui.spinner();
-                if ui.button("Cancel").clicked() {
+                let cancel = ui.button("Cancel");
+                if cancel.on_hover_text("Stop reading (Esc)").clicked() {
                     viewer.cancel();
                 }
             } else {
                 ui.heading("catoptric");
                 ui.label("Drop a scene (.toml) or a point cloud (.ply, .las, .laz) here");
                 ui.add_space(8.0);
-                if ui.button("Open...").clicked() {
+                let open = ui.button("Open...");
+                let about = "Open a scene or a point cloud (Ctrl+O)";
+                if open.on_hover_text(about).clicked() {
                     viewer.ask_for(ui.ctx(), Purpose::Open);
                 }
                 for path in viewer.panels.recent().to_vec() {
-                    if ui.link(path.display().to_string()).clicked() {
+                    let link = ui.link(path.display().to_string());
+                    if link.on_hover_text("Open it again").clicked() {
                         viewer.open(path);
                     }
                 }

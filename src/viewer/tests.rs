@@ -18,6 +18,7 @@ use super::pace::Detail;
 
 mod editing;
 mod film;
+mod tooltips;
 
 const SCENE: &str = r#"
     format = 1

@@ -46,7 +46,8 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
         .on_hover_text("Where the two pictures meet");
     let difference = ui.checkbox(&mut viewer.shows_difference, "difference");
     difference.on_hover_text("Where the two pictures differ, four times as bright");
-    if ui.button("Stop comparing").clicked() {
+    let stop = ui.button("Stop comparing");
+    if stop.on_hover_text("Show one picture again").clicked() {
         viewer.second = None;
         viewer.shows_difference = false;
     }

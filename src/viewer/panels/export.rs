@@ -98,25 +98,37 @@ pub(super) fn show(viewer: &mut Viewer, ui: &egui::Ui) {
 /// Whether they are to be written.
 fn fields(ui: &mut egui::Ui, form: &mut Form) -> bool {
     egui::Grid::new("export").num_columns(2).show(ui, |ui| {
-        ui.label("Name")
-            .on_hover_text("Folder and name, without an ending");
-        ui.add(egui::TextEdit::singleline(&mut form.stem).desired_width(300.0));
+        let about = "Folder and name, without an ending";
+        ui.label("Name").on_hover_text(about);
+        ui.add(egui::TextEdit::singleline(&mut form.stem).desired_width(300.0))
+            .on_hover_text(about);
         ui.end_row();
         ui.label("Size").on_hover_text("Width and height, pixels");
         ui.horizontal(|ui| {
-            ui.add(egui::DragValue::new(&mut form.size.x).range(1..=MAX_SIZE));
+            ui.add(egui::DragValue::new(&mut form.size.x).range(1..=MAX_SIZE))
+                .on_hover_text("Width, pixels");
             ui.label("x");
-            ui.add(egui::DragValue::new(&mut form.size.y).range(1..=MAX_SIZE));
+            ui.add(egui::DragValue::new(&mut form.size.y).range(1..=MAX_SIZE))
+                .on_hover_text("Height, pixels");
         });
         ui.end_row();
     });
-    ui.checkbox(&mut form.picture, "picture (.png)");
-    ui.checkbox(&mut form.gbuffer, "camera G-buffer (.gbuffer.exr)");
-    ui.checkbox(&mut form.mirror_gbuffer, "mirrors' G-buffer (.mirror.exr)");
-    ui.checkbox(&mut form.camera_json, "camera (.camera.json)");
+    ui.checkbox(&mut form.picture, "picture (.png)")
+        .on_hover_text("What is seen, as it is seen");
+    ui.checkbox(&mut form.gbuffer, "camera G-buffer (.gbuffer.exr)")
+        .on_hover_text("Position, normal, depth and albedo of every pixel");
+    ui.checkbox(&mut form.mirror_gbuffer, "mirrors' G-buffer (.mirror.exr)")
+        .on_hover_text("The same of what mirrors show");
+    ui.checkbox(&mut form.camera_json, "camera (.camera.json)")
+        .on_hover_text("Its matrices, and where the buffers' positions are measured from");
     let any = form.picture || form.gbuffer || form.mirror_gbuffer || form.camera_json;
     let ready = any && !form.stem.trim().is_empty();
-    ui.add_enabled(ready, egui::Button::new("Write")).clicked()
+    ui.add_enabled(ready, egui::Button::new("Write"))
+        .on_hover_text(
+            "Render in this size, and write the files; those that are there are replaced",
+        )
+        .on_disabled_hover_text("Give a name, and choose what to write")
+        .clicked()
 }
 
 fn file(form: &Form, ending: &str) -> PathBuf {

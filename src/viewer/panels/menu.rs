@@ -50,9 +50,15 @@ pub(super) fn shortcuts(viewer: &mut Viewer, ui: &egui::Ui) {
 
 pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
     egui::MenuBar::new().ui(ui, |ui| {
-        ui.menu_button("File", |ui| file(viewer, ui));
-        ui.menu_button("Edit", |ui| edit(viewer, ui));
-        ui.menu_button("View", |ui| view(viewer, ui));
+        ui.menu_button("File", |ui| file(viewer, ui))
+            .response
+            .on_hover_text("Open, save, export");
+        ui.menu_button("Edit", |ui| edit(viewer, ui))
+            .response
+            .on_hover_text("Take changes back, copy settings");
+        ui.menu_button("View", |ui| view(viewer, ui))
+            .response
+            .on_hover_text("Camera, panels and colours");
         if ui
             .button("Help")
             .on_hover_text("Keys and mouse (F1)")
@@ -72,13 +78,21 @@ fn file(viewer: &mut Viewer, ui: &mut egui::Ui) {
     if entry(ui, "Open...", &OPEN, "Open a scene or a point cloud") {
         viewer.ask_for(ui.ctx(), Purpose::Open);
     }
-    ui.menu_button("Open recent", |ui| {
-        for path in viewer.panels.recent.clone() {
-            if ui.button(path.display().to_string()).clicked() {
-                viewer.open(path);
+    let any = !viewer.panels.recent.is_empty();
+    let recent = ui.add_enabled_ui(any, |ui| {
+        ui.menu_button("Open recent", |ui| {
+            for path in viewer.panels.recent.clone() {
+                let entry = ui.button(path.display().to_string());
+                if entry.on_hover_text("Open it again").clicked() {
+                    viewer.open(path);
+                }
             }
-        }
+        })
+        .response
     });
+    (recent.inner)
+        .on_hover_text("Files that were open")
+        .on_disabled_hover_text("Files that were open: none yet");
     if entry(
         ui,
         "Reload",
@@ -112,23 +126,25 @@ fn file(viewer: &mut Viewer, ui: &mut egui::Ui) {
         }
     }
     ui.separator();
-    if ui.button("Quit").clicked() {
+    let quit = ui.button("Quit");
+    if quit.on_hover_text("Close the window").clicked() {
         ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
     }
 }
 
 fn edit(viewer: &mut Viewer, ui: &mut egui::Ui) {
+    let mut entry = |can: bool, text: &str, keys: &str, about: &str, none: &str| {
+        let button = egui::Button::new(text).shortcut_text(keys);
+        let response = ui.add_enabled(can, button).on_hover_text(about);
+        response.on_disabled_hover_text(none).clicked()
+    };
     let (undo, redo) = (viewer.history.can_undo(), viewer.history.can_redo());
-    if ui
-        .add_enabled(undo, egui::Button::new("Undo").shortcut_text("Ctrl+Z"))
-        .clicked()
-    {
+    let about = "Take the last change of settings or scene back";
+    if entry(undo, "Undo", "Ctrl+Z", about, "Nothing was changed") {
         viewer.undo();
     }
-    if ui
-        .add_enabled(redo, egui::Button::new("Redo").shortcut_text("Ctrl+Y"))
-        .clicked()
-    {
+    let about = "Change again what was taken back";
+    if entry(redo, "Redo", "Ctrl+Y", about, "Nothing was taken back") {
         viewer.redo();
     }
     ui.separator();
@@ -158,7 +174,8 @@ fn view(viewer: &mut Viewer, ui: &mut egui::Ui) {
         viewer.touch();
     }
     for (named, name) in NamedView::ALL {
-        if ui.button(name).clicked()
+        let about = "Look from this side, from where everything is seen";
+        if ui.button(name).on_hover_text(about).clicked()
             && let Some(opened) = &viewer.opened
         {
             let bounds = opened.loaded.facts.bounds;
@@ -191,8 +208,10 @@ fn view(viewer: &mut Viewer, ui: &mut egui::Ui) {
     ui.separator();
     let mut settings = !viewer.panels.hide_settings;
     let mut numbers = !viewer.panels.hide_numbers;
-    ui.checkbox(&mut settings, "Settings panel");
-    ui.checkbox(&mut numbers, "Numbers panel");
+    ui.checkbox(&mut settings, "Settings panel")
+        .on_hover_text("Show settings and scene, on the left");
+    ui.checkbox(&mut numbers, "Numbers panel")
+        .on_hover_text("Show layers, comparison and times, on the right");
     let path = ui.checkbox(&mut viewer.panels.path.open, "Camera path");
     path.on_hover_text("Keyframes, preview, turntable, numbered pictures (K adds a keyframe)");
     viewer.panels.hide_settings = !settings;

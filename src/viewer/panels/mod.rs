@@ -237,7 +237,8 @@ fn messages(viewer: &mut Viewer, ui: &egui::Ui) {
                         ui.label(if *failed { text.color(red) } else { text });
                     }
                 });
-            if ui.button("Dismiss").clicked() {
+            let dismiss = ui.button("Dismiss");
+            if dismiss.on_hover_text("Put these messages away").clicked() {
                 viewer.messages.clear();
             }
         });

@@ -5,6 +5,11 @@ use eframe::egui::{self, Button, DragValue};
 use crate::viewer::app::Viewer;
 use crate::viewer::path::{MAX_SECONDS, Turntable};
 
+/// What is said of what cannot be done yet.
+const NOTHING: &str = "Open a scene or a point cloud first";
+const NO_PATH: &str = "The path has no keyframes yet";
+const SHORT: &str = "The path has fewer than two keyframes yet";
+
 /// What of it is kept.
 #[derive(Debug, Default)]
 pub(super) struct Window {
@@ -52,12 +57,14 @@ fn beginnings(viewer: &mut Viewer, ui: &mut egui::Ui) {
     ui.horizontal(|ui| {
         let add = ui.add_enabled(ready, Button::new("Add keyframe").shortcut_text("K"));
         let about = "Add the present view to the path, two seconds behind the last keyframe";
-        if add.on_hover_text(about).clicked() {
+        let add = add.on_hover_text(about).on_disabled_hover_text(NOTHING);
+        if add.clicked() {
             viewer.add_keyframe();
         }
         let turn = ui.add_enabled(ready, Button::new("Turntable"));
         let about = "Go once about the pivot, from the present view; keyframes are kept for later";
-        if turn.on_hover_text(about).clicked() {
+        let turn = turn.on_hover_text(about).on_disabled_hover_text(NOTHING);
+        if turn.clicked() {
             viewer.take_turntable();
             viewer.begin_playing();
         }
@@ -193,7 +200,8 @@ fn preview(viewer: &mut Viewer, ui: &mut egui::Ui) {
         let slider = slider.custom_formatter(|at, _| format!("{at:.2}"));
         let slider = ui.add(slider.suffix(" s").text("time"));
         let about = "Look from the path at this time";
-        if slider.on_hover_text(about).changed() {
+        let slider = slider.on_hover_text(about).on_disabled_hover_text(SHORT);
+        if slider.changed() {
             viewer.film.pause();
             viewer.scrub(at);
         }
@@ -201,15 +209,20 @@ fn preview(viewer: &mut Viewer, ui: &mut egui::Ui) {
             let plays = viewer.film.is_playing();
             let play = ui.button(if plays { "Pause" } else { "Play" });
             let about = "Go along the path; moving the camera or Esc stops it";
-            if play.on_hover_text(about).clicked() && !viewer.film.pause() {
+            let play = play.on_hover_text(about).on_disabled_hover_text(SHORT);
+            if play.clicked() && !viewer.film.pause() {
                 viewer.begin_playing();
             }
             let again = ui.checkbox(&mut viewer.film.loops, "loop");
-            again.on_hover_text("Begin anew at the end");
+            again
+                .on_hover_text("Begin anew at the end")
+                .on_disabled_hover_text(SHORT);
             let put = Button::new("Keyframe here");
             let put = ui.add_enabled(viewer.film.path.turntable.is_none(), put);
             let about = "Put the present view into the path at this time; a keyframe that is there takes it";
-            if put.on_hover_text(about).clicked() {
+            let put = put.on_hover_text(about);
+            let none = "A turntable has no keyframes, and a path at least two";
+            if put.on_disabled_hover_text(none).clicked() {
                 viewer.film.pause();
                 let pose = viewer.pose();
                 if let Err(problem) = viewer.film.path.put(viewer.film.at, pose) {
@@ -225,16 +238,20 @@ fn files(viewer: &mut Viewer, ui: &mut egui::Ui) {
     ui.horizontal(|ui| {
         let load = ui.add_enabled(ready, Button::new("Load..."));
         let about = "Take a path from a file (.path.toml) in place of this one; dropping the file does the same";
-        if load.on_hover_text(about).clicked() {
+        let load = load.on_hover_text(about).on_disabled_hover_text(NOTHING);
+        if load.clicked() {
             viewer.ask_for_path();
         }
         let save = ui.add_enabled(any, Button::new("Save..."));
-        if save.on_hover_text("Write the path to a file").clicked() {
+        let save = save.on_hover_text("Write the path to a file");
+        if save.on_disabled_hover_text(NO_PATH).clicked() {
             viewer.ask_to_save_path();
         }
         let idle = viewer.film.rendering.is_none();
         let render = ui.add_enabled(ready && any && idle, Button::new("Render pictures..."));
-        if render.on_hover_text("Write numbered pictures along the path").clicked() {
+        let render = render.on_hover_text("Write numbered pictures along the path");
+        let none = "Not while pictures are written, nor without a path";
+        if render.on_disabled_hover_text(none).clicked() {
             super::pictures::open(viewer);
         }
     });

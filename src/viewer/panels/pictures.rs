@@ -80,7 +80,9 @@ pub(super) fn show(viewer: &mut Viewer, ui: &egui::Ui) {
             let ready = count.is_ok() && idle && !take.stem.is_empty();
             let render = ui.add_enabled(ready, egui::Button::new("Write pictures"));
             let about = "One after the other, between what the window draws; files of these names are replaced";
-            write = render.on_hover_text(about).clicked();
+            let none = "Not while pictures are written; a name and a path are needed";
+            let render = render.on_hover_text(about).on_disabled_hover_text(none);
+            write = render.clicked();
             ui.separator();
             if let Some(words) = &words {
                 command_line(ui, &mut form.picture, last, words);

@@ -68,7 +68,7 @@ fn clouds(viewer: &mut Viewer, ui: &mut egui::Ui) {
         let id = ui.make_persistent_id(("cloud", index));
         let header =
             egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, false);
-        header
+        let (toggle, ..) = header
             .show_header(ui, |ui| {
                 let seen = ui.checkbox(&mut edited.visible, "");
                 seen.on_hover_text("Whether the cloud is drawn");
@@ -90,6 +90,7 @@ fn clouds(viewer: &mut Viewer, ui: &mut egui::Ui) {
                     });
                 }
             });
+        toggle.on_hover_text("What the cloud's colours are, and what of it is a mirror");
         if edited != cloud && viewer.document().clouds.get(index) == Some(&cloud) {
             let what = format!("cloud {index}");
             viewer.edit(&what, |document| {

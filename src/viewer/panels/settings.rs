@@ -10,14 +10,34 @@ use crate::viewer::app::Viewer;
 const SLIDER: f32 = 64.0;
 
 /// What each group is about.
-const GROUPS: [(&str, &str); 7] = [
-    ("splat", "Points"),
-    ("gi", "Light"),
-    ("reflect", "Mirrors"),
-    ("sscr", "Mirror search"),
-    ("lhc", "Mirror regions"),
-    ("ray_trace", "Ray tracing"),
-    ("image", "Picture"),
+const GROUPS: [(&str, &str, &str); 7] = [
+    ("splat", "Points", "How points are drawn"),
+    ("gi", "Light", "Shadows, and light that surfaces send on"),
+    (
+        "reflect",
+        "Mirrors",
+        "How what mirrors show is found, and how often light is reflected",
+    ),
+    (
+        "sscr",
+        "Mirror search",
+        "The search in screen space for points that mirrors show",
+    ),
+    (
+        "lhc",
+        "Mirror regions",
+        "How mirrors are parted into regions, each of one curvature",
+    ),
+    (
+        "ray_trace",
+        "Ray tracing",
+        "Reflected rays that are followed through the points",
+    ),
+    (
+        "image",
+        "Picture",
+        "From light to the colours of the picture",
+    ),
 ];
 
 /// A name, what it changes, and the settings with their values as TOML.
@@ -56,19 +76,21 @@ const PRESETS: [Preset; 4] = [
 
 pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
     ui.horizontal(|ui| {
-        ui.menu_button("Presets", |ui| {
+        let presets = ui.menu_button("Presets", |ui| {
             for (name, about, values) in PRESETS {
                 if ui.button(name).on_hover_text(about).clicked() {
                     preset(viewer, name, values);
                 }
             }
         });
+        (presets.response).on_hover_text("Settings that belong together");
         let filter = egui::TextEdit::singleline(&mut viewer.panels.filter);
         ui.add(
             filter
                 .hint_text("find a setting")
                 .desired_width(f32::INFINITY),
-        );
+        )
+        .on_hover_text("Part of a name, or of what a setting does");
     });
     ui.separator();
     let filter = viewer.panels.filter.to_lowercase();
@@ -91,8 +113,8 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
             if of_group.is_empty() {
                 continue;
             }
-            let title = GROUPS.iter().find(|(group, _)| *group == name);
-            let title = title.map_or(name, |(_, title)| title);
+            let known = GROUPS.iter().find(|(group, _, _)| *group == name);
+            let (title, about) = known.map_or((name, name), |(_, title, about)| (*title, *about));
             let open = (!filter.is_empty()).then_some(true);
             egui::CollapsingHeader::new(title)
                 .id_salt(name)
@@ -104,7 +126,9 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
                             changed = Some((setting.key.clone(), value));
                         }
                     }
-                });
+                })
+                .header_response
+                .on_hover_text(about);
         }
     });
     if let Some((key, value)) = changed {
@@ -202,7 +226,8 @@ fn control(ui: &mut egui::Ui, setting: &Description, value: &Value) -> Option<Va
                 .selected_text(text)
                 .show_ui(ui, |ui| {
                     for choice in setting.choices {
-                        if ui.selectable_label(text == choice, *choice).clicked() {
+                        let entry = ui.selectable_label(text == choice, *choice);
+                        if entry.on_hover_text(&about).clicked() {
                             chosen = Some(Value::String((*choice).to_owned()));
                         }
                     }
