@@ -9,6 +9,7 @@ use crate::camera::Pinhole;
 use crate::error::Result;
 use crate::gbuffer::{Coverage, GBuffer};
 use crate::gi::environment::Environment;
+use crate::gi::virtual_lights::VirtualLights;
 use crate::gi::{Illuminator, IndirectSources, SpotLight, vpl_pinhole};
 use crate::grid::Grid;
 use crate::job::Job;
@@ -47,6 +48,8 @@ pub struct Frame<B: Backend> {
     pub bounces: Vec<BounceReport>,
     /// Where the searches of the first mirror bounce end, where the plan asks for it and the camera sees a mirror.
     pub search_heat: Option<Grid<HeatSums>>,
+    /// The virtual lights and their shadow maps, where the plan asks for them and there is indirect light.
+    pub virtual_lights: Option<VirtualLights>,
 }
 
 impl View {
@@ -139,6 +142,7 @@ pub fn frame<B: Backend>(
     } else {
         (backend.edl(&gbuffer, &settings.image, job)?, None)
     };
+    let mut virtual_lights = None;
     if plan.runs(Stage::Indirect, true) {
         let mut receivers = vec![backend.receivers(&gbuffer, job)?];
         if let Some(mirror) = &mirror {
@@ -153,12 +157,14 @@ pub fn frame<B: Backend>(
             has_mirrors: plan.runs(Stage::Reflect, true),
             splat: &settings.splat,
             gi: &settings.gi,
+            keeps_lights: plan.runs(Stage::VirtualLights, true),
         };
         let illuminator = &mut stages.illuminator;
         let indirect = illuminator.indirect(backend, cloud, &sources, receivers, job)?;
+        virtual_lights = indirect.lights;
         let albedos = [Some(&gbuffer.albedo), mirror.as_ref().map(|m| &m.albedo)];
         let radiances = [Some(&mut radiance), shown.as_mut()];
-        for ((light, albedo), radiance) in indirect.iter().zip(albedos).zip(radiances) {
+        for ((light, albedo), radiance) in indirect.light.iter().zip(albedos).zip(radiances) {
             if let (Some(albedo), Some(radiance)) = (albedo, radiance) {
                 backend.add_indirect(albedo, light, &settings.gi, radiance, job)?;
             }
@@ -181,5 +187,6 @@ pub fn frame<B: Backend>(
         mirror,
         bounces,
         search_heat,
+        virtual_lights,
     })
 }

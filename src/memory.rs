@@ -6,6 +6,7 @@ use crate::cloud::require_memory;
 use crate::error::Result;
 use crate::gbuffer::average::Pixel;
 use crate::gbuffer::visibility::Sums;
+use crate::gi::virtual_lights::VirtualLights;
 use crate::gi::vpl::VPL_MAP_SIDE;
 use crate::output::OutputKind;
 use crate::parts::{Part, parts};
@@ -98,7 +99,8 @@ impl Rendering<'_> {
             0
         };
         let encoding = self.encoding();
-        SPARE + frame + held + self.heat() + reflecting.max(encoding).max(indirect)
+        let kept = frame + held + self.heat() + self.lights_told();
+        SPARE + kept + reflecting.max(encoding).max(indirect)
     }
 
     /// The same where the picture is made in parts of this size: one of them at a time, beside what all leave.
@@ -114,7 +116,8 @@ impl Rendering<'_> {
         } else {
             0
         };
-        one.bytes(grids) + pixels * FRAME + mirrors + self.heat() + self.encoding()
+        let kept = pixels * FRAME + mirrors + self.heat() + self.lights_told();
+        one.bytes(grids) + kept + self.encoding()
     }
 
     fn pixels(&self) -> u64 {
@@ -130,6 +133,15 @@ impl Rendering<'_> {
         let wanted = |output: &OutputKind| matches!(output, OutputKind::SearchHeat(_));
         if self.outputs.iter().any(wanted) {
             self.pixels() * size_of::<HeatSums>() as u64
+        } else {
+            0
+        }
+    }
+
+    /// Virtual lights and their maps.
+    fn lights_told(&self) -> u64 {
+        if self.plan.runs(Stage::VirtualLights, true) {
+            VirtualLights::most_bytes(&self.settings.gi)
         } else {
             0
         }
@@ -216,6 +228,34 @@ mod tests {
                 "{more} with {mirror_points} mirror points, {outputs:?} and grids in {grids:?}, {least} without"
             );
         }
+    }
+
+    #[test]
+    fn virtual_lights_that_are_told_take_memory() {
+        let settings = Settings::default();
+        let facts = SceneFacts {
+            points: 100,
+            mirror_points: 0,
+            lights: 1,
+            environment: false,
+        };
+        let bytes = |plan: &Plan| {
+            let rendering = Rendering {
+                size: UVec2::new(100, 100),
+                lights: 1,
+                plan,
+                settings: &settings,
+                outputs: &[],
+            };
+            rendering.bytes(GridsIn::MainMemory)
+        };
+        let mut plan = Plan::new(&facts, &settings);
+        let without = bytes(&plan);
+        plan.ask_for_virtual_lights();
+        let more = bytes(&plan) - without;
+        // 512 lights of 5 bounces, 32 maps of 64 x 64 of each.
+        let least = 5 * (512 * 112 + 32 * 64 * 64 * 4);
+        assert!((least..10 * least).contains(&more), "{more} bytes more");
     }
 
     #[test]

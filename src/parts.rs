@@ -111,6 +111,7 @@ impl Whole {
                 mirror: None,
                 bounces: Vec::new(),
                 search_heat: None,
+                virtual_lights: None,
                 passes: Vec::new(),
                 wall_ms: 0.0,
             },
@@ -150,6 +151,8 @@ impl Whole {
                 (whole.search_heat).get_or_insert_with(|| Grid::new(size, Default::default()));
             part.put(all, heat);
         }
+        // They are the same for every part.
+        whole.virtual_lights = whole.virtual_lights.take().or(made.virtual_lights);
         for pass in made.passes {
             match whole.passes.iter_mut().find(|p| p.name == pass.name) {
                 Some(sum) => {

@@ -28,6 +28,8 @@ pub enum Stage {
     Reflect,
     /// Where the searches of mirrors end; only where asked for.
     SearchHeat,
+    /// What the virtual lights are, with their shadow maps; only where asked for.
+    VirtualLights,
 }
 
 /// Whether a stage runs.
@@ -186,12 +188,25 @@ impl Plan {
         Ok(())
     }
 
+    /// Asks for [`Stage::VirtualLights`].
+    pub fn ask_for_virtual_lights(&mut self) {
+        let state = if self.runs(Stage::Indirect, true) {
+            State::Run("asked for".into())
+        } else {
+            State::Skip("there is no indirect light".into())
+        };
+        self.rows.push(Row {
+            stage: Stage::VirtualLights,
+            state,
+        });
+    }
+
     /// Leaves out all light: what mirrors show is found all the same, and costs the same.
     pub fn leave_out_light(&mut self) {
         for row in &mut self.rows {
             if matches!(
                 row.stage,
-                Stage::LightDepth | Stage::Shade | Stage::Indirect
+                Stage::LightDepth | Stage::Shade | Stage::Indirect | Stage::VirtualLights
             ) {
                 row.state = State::Skip("only what mirrors show is asked for".into());
             }
@@ -265,6 +280,22 @@ mod tests {
             plan.runs(Stage::Edl, false) && !plan.runs(Stage::Shade, false),
             "nothing is left to light it: {plan:?}"
         );
+    }
+
+    #[test]
+    fn virtual_lights_are_told_where_asked_for_and_where_there_are_any() {
+        let mut plan = Plan::new(&FACTS, &Settings::default());
+        assert!(
+            !plan.runs(Stage::VirtualLights, true),
+            "not asked: {plan:?}"
+        );
+        plan.ask_for_virtual_lights();
+        assert!(plan.runs(Stage::VirtualLights, false), "{plan:?}");
+        plan.leave_out_light();
+        assert!(!plan.runs(Stage::VirtualLights, true), "no light: {plan:?}");
+        let mut dark = Plan::new(&SceneFacts { lights: 0, ..FACTS }, &Settings::default());
+        dark.ask_for_virtual_lights();
+        assert!(!dark.runs(Stage::VirtualLights, true), "{dark:?}");
     }
 
     #[test]

@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::frame::{Frame, Stages, View, frame};
 use crate::gbuffer::{Coverage, GBuffer};
 use crate::gi::background::background;
+use crate::gi::virtual_lights::VirtualLights;
 use crate::grid::Grid;
 use crate::image::Background;
 use crate::job::Job;
@@ -40,6 +41,9 @@ pub struct Products {
     pub bounces: Vec<BounceReport>,
     /// Where the searches of the first mirror bounce end, where the plan asks for it and the camera sees a mirror.
     pub search_heat: Option<Grid<HeatSums>>,
+    /// The virtual lights and their shadow maps, where the plan asks for them and there is indirect light. They are the same
+    /// for every camera, so frames may share them.
+    pub virtual_lights: Option<Arc<VirtualLights>>,
     /// Time per pass.
     pub passes: Vec<PassTime>,
     /// Wall time of the frame, milliseconds.
@@ -330,6 +334,7 @@ impl<B: Backend> Held<B> {
             mirror,
             bounces,
             search_heat,
+            virtual_lights,
             ..
         } = frame(
             backend,
@@ -361,6 +366,7 @@ impl<B: Backend> Held<B> {
             mirror,
             bounces,
             search_heat,
+            virtual_lights: virtual_lights.map(Arc::new),
             passes: std::mem::take(backend.timings()).passes,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
         })

@@ -4,6 +4,8 @@
 mod caustics;
 #[path = "indirect/furnace.rs"]
 mod furnace;
+#[path = "indirect/told.rs"]
+mod told;
 #[path = "indirect/truth.rs"]
 mod truth;
 
@@ -29,6 +31,7 @@ pub(crate) fn tests() -> Vec<Trial> {
     ];
     trials.extend(caustics::tests());
     trials.extend(furnace::tests());
+    trials.extend(told::tests());
     trials.extend(truth::tests());
     trials
 }

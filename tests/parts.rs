@@ -30,7 +30,8 @@ fn rendered(choice: &BackendChoice, part_size: u32) -> Products {
     let part = set(&format!("image.part_size={part_size}"));
     let scene = Scene::parse(text, "room.toml".as_ref(), &[part]).expect("a scene");
     let loaded = scene.load(&Job::default()).expect("points");
-    let (view, plan) = (loaded.view().expect("a view"), loaded.plan(&scene.settings));
+    let (view, mut plan) = (loaded.view().expect("a view"), loaded.plan(&scene.settings));
+    plan.ask_for_virtual_lights();
     let mut renderer = Renderer::new(choice, &loaded.surfels).expect("a backend");
     renderer
         .render(&view, &plan, &scene.settings, &Job::default())
@@ -58,6 +59,12 @@ fn shifted(grid: &Grid<Vec4>) -> Grid<Vec4> {
 fn agree(choice: &BackendChoice) {
     let whole = rendered(choice, 4096);
     let parts = rendered(choice, 256);
+    let told = parts.virtual_lights.as_ref();
+    assert!(told.is_some_and(|told| !told.maps.is_empty()), "lights");
+    assert!(
+        parts.virtual_lights == whole.virtual_lights,
+        "lights are those of the whole"
+    );
     assert_eq!(parts.radiance.size(), whole.radiance.size());
 
     // What the camera sees: an edge may fall to the other side of a pixel's middle.

@@ -59,6 +59,7 @@ pub(crate) fn empty_products(size: UVec2) -> Products {
         mirror: None,
         bounces: Vec::new(),
         search_heat: None,
+        virtual_lights: None,
         passes: Vec::new(),
         wall_ms: 0.0,
     }

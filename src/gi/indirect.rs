@@ -11,6 +11,7 @@ use super::ism::{IsmMaps, Slices};
 use super::mirror_light::{MirrorPaths, by_mirrors, caustics};
 use super::photons::PhotonMap;
 use super::receivers::Receivers;
+use super::virtual_lights::VirtualLights;
 use super::vpl::{Arrival, LitMap, VPL_MAP_SIDE, Vpl, importance, vpls};
 use super::{GiSettings, SpotLight};
 use crate::backend::{Backend, Cloud};
@@ -47,6 +48,16 @@ pub struct IndirectSources<'a> {
     pub splat: &'a SplatSettings,
     /// How the light reaches the points.
     pub gi: &'a GiSettings,
+    /// Whether the virtual lights are told.
+    pub keeps_lights: bool,
+}
+
+/// The indirect light of a frame.
+pub struct Indirect<B: Backend> {
+    /// What arrives in every picture, merged and spread.
+    pub light: Vec<Gathered<B>>,
+    /// Where it came from, where that is to be told.
+    pub lights: Option<VirtualLights>,
 }
 
 /// Finds the indirect light. Keeps the tree for light by way of mirrors between frames.
@@ -62,7 +73,7 @@ struct Lit<B: Backend> {
 }
 
 impl Illuminator {
-    /// The indirect light that arrives in every picture of `receivers`, merged and spread.
+    /// The indirect light that arrives in every picture of `receivers`.
     ///
     /// # Errors
     /// What the backend meets, [`crate::Error::Cancelled`].
@@ -73,7 +84,7 @@ impl Illuminator {
         sources: &IndirectSources<'_>,
         receivers: Vec<Receivers<B>>,
         job: &Job,
-    ) -> Result<Vec<Gathered<B>>> {
+    ) -> Result<Indirect<B>> {
         let gi = sources.gi;
         let paths = self.paths(backend, cloud, sources, job)?;
         let mut lit = Vec::new();
@@ -105,6 +116,8 @@ impl Illuminator {
             paths,
             gi,
             number: 0,
+            bounce: 0,
+            kept: sources.keeps_lights.then(VirtualLights::default),
         };
         if let Some(environment) = sources.environment {
             let mut sky = (backend.timings()).time("environment", || {
@@ -134,6 +147,7 @@ impl Illuminator {
             } else {
                 (RAYS / lights.len().max(1)).max(1) as u64
             };
+            walk.bounce = bounce;
             let arrived = walk.send(backend, cloud, &mut lights, &mut lit, rays, job)?;
             if let Some(paths) = paths.filter(|_| gi.mirror_light) {
                 photons.extend(by_mirrors(paths, &lights, backend, job)?);
@@ -154,7 +168,10 @@ impl Illuminator {
             }
             done.push(light);
         }
-        Ok(done)
+        Ok(Indirect {
+            light: done,
+            lights: walk.kept,
+        })
     }
 
     /// The tree for light by way of mirrors, where it is wanted.
@@ -185,6 +202,10 @@ struct Walk<'a> {
     gi: &'a GiSettings,
     /// Lights so far.
     number: u64,
+    /// Of the lights that are sent.
+    bounce: u32,
+    /// The lights, where they are told.
+    kept: Option<VirtualLights>,
 }
 
 impl Walk<'_> {
@@ -206,6 +227,9 @@ impl Walk<'_> {
                 self.number += 1;
             }
             let isms = backend.ism(&cloud.points, batch, self.slices, job)?;
+            if let Some(kept) = &mut self.kept {
+                kept.keep(backend, self.bounce, batch, &isms)?;
+            }
             let shares = brighter(batch, n);
             for lit in lit.iter_mut() {
                 let (receivers, gathered) = (&lit.receivers, &mut lit.gathered);

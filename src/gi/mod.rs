@@ -16,9 +16,10 @@ pub mod receivers;
 pub mod settle;
 pub mod shade;
 pub mod sky_map;
+pub mod virtual_lights;
 pub mod vpl;
 
-pub use indirect::{Illuminator, IndirectSources, vpl_pinhole};
+pub use indirect::{Illuminator, Indirect, IndirectSources, vpl_pinhole};
 pub use light::{MAX_OUTER_DEGREES, SpotLight};
 
 use crate::settings_group;

@@ -13,7 +13,7 @@ use eframe::egui;
 use glam::{DVec3, UVec2};
 
 use super::Start;
-use super::buffers::{Buffer, Probe};
+use super::buffers::Buffer;
 use super::document::Document;
 use super::editing::Selected;
 use super::film::Film;
@@ -24,6 +24,7 @@ use super::letters::{Export, Opened, Opening, Request, Save, Shown};
 use super::navigation::Navigator;
 use super::pace::{Detail, Pace};
 use super::path::is_path_file;
+use super::probe::Probe;
 use super::second::Second;
 use super::worker::Worker;
 
@@ -319,11 +320,12 @@ impl Viewer {
     pub(super) fn set_buffer(&mut self, buffer: Buffer) {
         self.buffer = buffer;
         self.compare();
-        let heat = (self.shown.as_ref()).is_some_and(|s| s.products.search_heat.is_some());
-        if buffer.needs_search_heat() && !heat {
-            self.touch();
-        } else {
+        self.probe = None;
+        let asked = self.shown.as_ref().map(|shown| shown.request.buffer);
+        if buffer.comes_with(asked.unwrap_or_default()) {
             self.worker.paint(buffer);
+        } else {
+            self.touch();
         }
     }
 
@@ -416,7 +418,8 @@ impl Viewer {
             self.settings().clone()
         };
         // Nothing was left out: there is nothing to come.
-        self.complete |= detail == Detail::FULL && settings == *self.settings();
+        let whole = detail == Detail::FULL && settings == *self.settings();
+        self.complete |= whole;
         self.number += 1;
         self.under_way = Some((self.number, detail));
         self.worker.render(Request {
@@ -425,6 +428,7 @@ impl Viewer {
             camera: self.camera(),
             settings,
             detail,
+            whole,
         });
     }
 }

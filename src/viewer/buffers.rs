@@ -4,7 +4,9 @@ use catoptric::grid::Grid;
 use catoptric::image::{ImageSettings, picture, srgb_from_linear};
 use catoptric::output::heat_colour;
 use catoptric::renderer::Products;
-use glam::{DVec3, UVec2, Vec2, Vec3, Vec4};
+use glam::{UVec2, Vec2, Vec3, Vec4};
+
+use super::{shadow_maps, virtual_lights};
 
 /// A layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -27,6 +29,8 @@ pub(super) enum Buffer {
     Steps,
     Misses,
     Residual,
+    VirtualLights,
+    ShadowMaps,
 }
 
 /// A layer's colours.
@@ -40,7 +44,7 @@ pub(super) struct Painted {
 const GOLDEN: f32 = 0.618_034;
 
 impl Buffer {
-    pub(super) const ALL: [Self; 17] = [
+    pub(super) const ALL: [Self; 19] = [
         Self::Picture,
         Self::Albedo,
         Self::Normal,
@@ -58,6 +62,8 @@ impl Buffer {
         Self::Steps,
         Self::Misses,
         Self::Residual,
+        Self::VirtualLights,
+        Self::ShadowMaps,
     ];
 
     pub(super) fn name(self) -> &'static str {
@@ -79,6 +85,8 @@ impl Buffer {
             Self::Steps => "Search steps",
             Self::Misses => "Search misses",
             Self::Residual => "Search residual",
+            Self::VirtualLights => "Virtual lights",
+            Self::ShadowMaps => "Shadow maps (ISM)",
         }
     }
 
@@ -107,6 +115,12 @@ impl Buffer {
             Self::Steps => "Steps of the interleaved search, on average.",
             Self::Misses => "Searches of the interleaved search that ended here and found nothing.",
             Self::Residual => "What is left of the interleaved search's error.",
+            Self::VirtualLights => {
+                "The points from which indirect light comes, over the darkened picture: in their colour, larger with their flux."
+            }
+            Self::ShadowMaps => {
+                "What virtual lights see, map by map (imperfect shadow maps): how far away it is."
+            }
         }
     }
 
@@ -126,6 +140,22 @@ impl Buffer {
     /// Whether a frame must say where its searches end.
     pub(super) fn needs_search_heat(self) -> bool {
         matches!(self, Self::Steps | Self::Misses | Self::Residual)
+    }
+
+    /// Whether a frame must say which its virtual lights are.
+    pub(super) fn needs_virtual_lights(self) -> bool {
+        matches!(self, Self::VirtualLights | Self::ShadowMaps)
+    }
+
+    /// Whether a frame that was asked for with the layer `asked` has what this one shows.
+    pub(super) fn comes_with(self, asked: Self) -> bool {
+        (!self.needs_search_heat() || asked.needs_search_heat())
+            && (!self.needs_virtual_lights() || asked.needs_virtual_lights())
+    }
+
+    /// Whether its pixels are those of the camera.
+    pub(super) fn is_of_view(self) -> bool {
+        self != Self::ShadowMaps
     }
 
     /// The layer in colours; black where it has nothing.
@@ -182,12 +212,14 @@ impl Buffer {
                     (sums.found + sums.lost > 0).then_some(value)
                 })
             }
+            Self::VirtualLights => virtual_lights::paint(products, image),
+            Self::ShadowMaps => shadow_maps::paint(products),
         }
     }
 }
 
 /// Where what a pixel shows is, relative to the scene's origin.
-fn position(products: &Products, i: usize) -> Vec3 {
+pub(super) fn position(products: &Products, i: usize) -> Vec3 {
     let (gbuffer, width) = (&products.gbuffer, products.gbuffer.surface.width().max(1));
     let centre = Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
     gbuffer
@@ -195,7 +227,7 @@ fn position(products: &Products, i: usize) -> Vec3 {
         .world_from_pixel(centre, gbuffer.surface.values()[i].w)
 }
 
-fn srgb(linear: Vec3) -> Vec3 {
+pub(super) fn srgb(linear: Vec3) -> Vec3 {
     linear.map(|v| f32::from(srgb_from_linear(v)) / 255.0)
 }
 
@@ -244,70 +276,4 @@ fn boxed(size: UVec2, place: &dyn Fn(usize) -> Option<Vec3>) -> Painted {
     let width =
         (all().fold(Vec3::NEG_INFINITY, Vec3::max) - low).max(Vec3::splat(f32::MIN_POSITIVE));
     painted(size, &|i| place(i).map(|p| (p - low) / width))
-}
-
-/// What is under the cursor.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Probe {
-    /// In the scene's frame.
-    pub(super) position: Option<DVec3>,
-    /// Where what the mirror shows there really is.
-    pub(super) reflected: Option<DVec3>,
-    /// Names and values, for people.
-    pub(super) lines: Vec<(&'static str, String)>,
-}
-
-impl Probe {
-    /// What a pixel of a frame shows.
-    pub(super) fn new(products: &Products, origin: DVec3, pixel: UVec2) -> Self {
-        let gbuffer = &products.gbuffer;
-        let size = gbuffer.surface.size();
-        if pixel.cmpge(size).any() {
-            return Self::default();
-        }
-        let i = (pixel.y * size.x + pixel.x) as usize;
-        let vector = |v: Vec3| format!("{:.3}  {:.3}  {:.3}", v.x, v.y, v.z);
-        let global = |v: DVec3| format!("{:.4}  {:.4}  {:.4}", v.x, v.y, v.z);
-        let mut probe = Self {
-            lines: vec![("pixel", format!("{}, {}", pixel.x, pixel.y))],
-            ..Self::default()
-        };
-        let material = gbuffer.material.values()[i];
-        if material.w > 0.0 {
-            let (surface, albedo) = (gbuffer.surface.values()[i], gbuffer.albedo.values()[i]);
-            let position = origin + position(products, i).as_dvec3();
-            probe.position = Some(position);
-            probe.lines.extend([
-                ("position", global(position)),
-                ("depth", format!("{:.4}", surface.w)),
-                ("normal", vector(surface.truncate())),
-                ("albedo", vector(albedo.truncate())),
-                ("mirror", format!("{:.2}", albedo.w)),
-            ]);
-        }
-        let radiance = products.radiance.values()[i];
-        if radiance.w > 0.0 {
-            probe.lines.push(("radiance", vector(radiance.truncate())));
-        }
-        if let Some(mirror) = &products.mirror {
-            let region = mirror.region.values()[i];
-            if region > 0 {
-                probe.lines.push(("region", region.to_string()));
-            }
-            if mirror.at(i).is_some() {
-                let surface = mirror.surface.values()[i];
-                let start = mirror.origin.values()[i].truncate();
-                let at = start + mirror.direction.values()[i].truncate() * surface.w;
-                let reflected = origin + at.as_dvec3();
-                probe.reflected = Some(reflected);
-                probe.lines.extend([
-                    ("shows", global(reflected)),
-                    ("distance", format!("{:.4}", surface.w)),
-                    ("hits", mirror.count.values()[i].to_string()),
-                    ("level", format!("{}", mirror.level.values()[i])),
-                ]);
-            }
-        }
-        probe
-    }
 }

@@ -5,9 +5,9 @@ use eframe::egui::{self, Color32, Key, PointerButton, Pos2, Rect, Sense, Stroke,
 use glam::{DVec2, DVec3, UVec2};
 
 use super::app::{Purpose, Viewer};
-use super::buffers::Probe;
 use super::editing;
 use super::navigation::Navigator;
+use super::probe::Probe;
 use super::second::Second;
 use super::trail;
 
@@ -132,7 +132,7 @@ fn on_screen(pinhole: &Pinhole, origin: DVec3, rect: Rect, point: DVec3) -> Opti
 /// Lines over the picture: what is edited, what a mirror's pixel shows, and what is measured; whether the pointer is on
 /// what is moved by hand.
 fn overlays(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Response) -> bool {
-    let Some(opened) = &viewer.opened else {
+    let Some(opened) = (viewer.opened.as_ref()).filter(|_| viewer.buffer.is_of_view()) else {
         return false;
     };
     let origin = opened.loaded.surfels.origin;
@@ -190,7 +190,7 @@ fn probe(viewer: &Viewer, rect: Rect, at: Pos2) -> Option<Probe> {
     let (shown, opened) = (viewer.shown.as_ref()?, viewer.opened.as_ref()?);
     let pixel = pixel(viewer, rect, at)?;
     let origin = opened.loaded.surfels.origin;
-    Some(Probe::new(&shown.products, origin, pixel))
+    Some(Probe::new(&shown.products, origin, pixel, viewer.buffer))
 }
 
 /// The pixel of the last frame that is there.
@@ -210,6 +210,10 @@ fn pointer(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Resp
     let hovered = response.hover_pos().and_then(|at| probe(viewer, rect, at));
     if hovered.is_some() {
         viewer.probe = hovered;
+    }
+    if !viewer.buffer.is_of_view() {
+        // A camera that nobody sees through stays where it is.
+        return;
     }
     let under_cursor = viewer.probe.as_ref().and_then(|p| p.position);
 

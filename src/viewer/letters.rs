@@ -40,6 +40,8 @@ pub(super) struct Request {
     pub(super) camera: Camera,
     pub(super) settings: Settings,
     pub(super) detail: Detail,
+    /// Whether nothing is left out of what the window's settings say.
+    pub(super) whole: bool,
 }
 
 /// What to write: any of these files.

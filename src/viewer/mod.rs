@@ -23,11 +23,14 @@ mod pace;
 mod panels;
 mod path;
 mod pick;
+mod probe;
 mod screen;
 mod second;
+mod shadow_maps;
 mod studio;
 mod take;
 mod trail;
+mod virtual_lights;
 mod wireframe;
 mod worker;
 

@@ -50,6 +50,7 @@ impl Viewer {
         let same = |other: &&Shown| {
             other.request.camera == shown.request.camera
                 && other.request.settings == second.settings
+                && self.buffer.comes_with(other.request.buffer)
         };
         match second.shown.as_ref().filter(same) {
             Some(with) => self
@@ -60,6 +61,7 @@ impl Viewer {
                 (second.asked, second.refusal) = (self.number, None);
                 self.worker.second(Request {
                     number: self.number,
+                    buffer: self.buffer,
                     settings: second.settings.clone(),
                     ..shown.request.clone()
                 });

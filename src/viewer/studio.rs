@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use catoptric::camera::Camera;
+use catoptric::gi::virtual_lights::VirtualLights;
 use catoptric::output::{CameraDescription, Outputs, camera_gbuffer, mirror_gbuffer};
 use catoptric::reflect::MirrorGBuffer;
 use catoptric::reflect::sscr::heat::require_search;
@@ -31,6 +32,8 @@ pub(super) struct Studio {
     /// The first points, of the last detail that was not full.
     part: Option<(Detail, Resident)>,
     last: Option<Shown>,
+    /// Those of the last whole frame: they stay the same while the camera moves.
+    lights: Option<Arc<VirtualLights>>,
     /// Pictures of a path that are being written.
     pub(super) film: Option<Filming>,
 }
@@ -45,6 +48,7 @@ impl Studio {
             full: None,
             part: None,
             last: None,
+            lights: None,
             film: None,
         }
     }
@@ -112,7 +116,7 @@ impl Studio {
             Some(adapter) => BackendChoice::Gpu(Some(adapter.clone())),
             None => BackendChoice::Cpu,
         };
-        self.last = None;
+        (self.last, self.lights) = (None, None);
         self.opened = Some(opened.clone());
         Ok(Event::Opened(Box::new(opened)))
     }
@@ -185,6 +189,9 @@ impl Studio {
         if heat && require_search(&request.settings).is_ok() {
             plan.ask_for_search_heat(&request.settings)?;
         }
+        if request.buffer.needs_virtual_lights() {
+            plan.ask_for_virtual_lights();
+        }
         let view = opened.loaded.view_from(&camera)?;
         let products = machine.render(points, &view, &plan, &request.settings, job)?;
         Ok(Shown {
@@ -195,7 +202,14 @@ impl Studio {
     }
 
     fn render(&mut self, request: Request, job: &Job) -> Result<Event, Error> {
-        let shown = self.frame(request, job)?;
+        let mut shown = self.frame(request, job)?;
+        if shown.request.whole {
+            self.lights.clone_from(&shown.products.virtual_lights);
+        } else if shown.request.buffer.needs_virtual_lights()
+            && let Some(products) = Arc::get_mut(&mut shown.products)
+        {
+            products.virtual_lights.clone_from(&self.lights);
+        }
         self.last = Some(shown.clone());
         let layer = Layer::new(&shown, shown.request.buffer);
         Ok(Event::Shown(Box::new(shown), layer))

@@ -18,6 +18,7 @@ use super::pace::Detail;
 
 mod editing;
 mod film;
+mod lights;
 mod tooltips;
 
 const SCENE: &str = r#"
@@ -192,7 +193,8 @@ fn a_drag_turns_the_camera_about_the_pivot() {
 fn every_layer_is_painted() {
     let (mut window, _) = opened("layers");
     let mut pictures = Vec::new();
-    for buffer in Buffer::ALL.into_iter().filter(|b| !b.needs_search_heat()) {
+    let in_every_frame = |b: &Buffer| b.comes_with(Buffer::Picture);
+    for buffer in Buffer::ALL.into_iter().filter(in_every_frame) {
         window.state_mut().set_buffer(buffer);
         window.run_steps(2);
         let shown = window.state().shown.clone().expect("a frame");

@@ -51,7 +51,7 @@ pub(super) fn tests() -> Vec<Trial> {
 
 /// A plate across the ball: a disc, black.
 #[derive(Clone, Copy)]
-struct Plate {
+pub(super) struct Plate {
     z: f64,
     radius: f64,
 }
@@ -71,7 +71,7 @@ impl Plate {
 }
 
 /// The inside of the unit ball with this albedo, and a plate.
-fn ball(points: usize, albedo: f32, plate: Option<Plate>) -> Arc<Surfels> {
+pub(super) fn ball(points: usize, albedo: f32, plate: Option<Plate>) -> Arc<Surfels> {
     let spacing = (4.0 * PI / points as f64).sqrt() as f32;
     let golden = PI * (3.0 - 5f64.sqrt());
     let place = |i: usize, count: usize| (i as f64 + 0.5) / count as f64;
@@ -146,7 +146,7 @@ pub(super) fn surfels(points: Vec<Point>, spacing: f32) -> Arc<Surfels> {
     })
 }
 
-fn view(lights: Vec<SpotLight>) -> View {
+pub(super) fn view(lights: Vec<SpotLight>) -> View {
     let (eye, target) = (DVec3::new(0.3, 0.1, 0.55), DVec3::new(-0.2, 0.0, -0.6));
     View {
         pinhole: super::camera(eye, target, SIZE),
@@ -156,7 +156,7 @@ fn view(lights: Vec<SpotLight>) -> View {
     }
 }
 
-fn in_the_centre() -> Vec<SpotLight> {
+pub(super) fn in_the_centre() -> Vec<SpotLight> {
     SpotLight::all_around(Vec3::ZERO, Vec3::splat(std::f32::consts::PI)).to_vec()
 }
 
@@ -181,7 +181,7 @@ pub(super) fn render(
     products.radiance.values().iter().map(|v| v.x).collect()
 }
 
-fn lit_by(vpls: u32, bounces: u32) -> Settings {
+pub(super) fn lit_by(vpls: u32, bounces: u32) -> Settings {
     let mut settings = Settings::default();
     settings.gi.vpl_count = vpls;
     settings.gi.bounces = bounces;

@@ -1,6 +1,7 @@
 //! Which layer is shown, what its colours mean, and what is under the cursor.
 
 use catoptric::output::heat_colour;
+use catoptric::plan::{Stage, State};
 use eframe::egui::{self, Color32, Rect, Sense, Vec2};
 
 use crate::viewer::app::Viewer;
@@ -32,6 +33,11 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
     if buffer.needs_search_heat() && mirror && !heat {
         ui.weak("Only the interleaved search tells: sscr.search = \"interleaved\".");
     }
+    if buffer.needs_virtual_lights()
+        && let Some(sentence) = virtual_lights(viewer)
+    {
+        ui.weak(sentence);
+    }
     if let Some((low, high)) = viewer.scale {
         legend(ui, low, high);
     }
@@ -51,6 +57,47 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
     } else {
         ui.weak("Shift and click on two points measures between them.");
     }
+}
+
+/// What there is of virtual lights, or why there is none.
+fn virtual_lights(viewer: &Viewer) -> Option<String> {
+    let (opened, shown) = (viewer.opened.as_ref()?, viewer.shown.as_ref()?);
+    let plan = opened.loaded.plan(viewer.settings());
+    let indirect = plan
+        .rows
+        .into_iter()
+        .find(|row| row.stage == Stage::Indirect);
+    if let Some(State::Skip(reason)) = indirect.map(|row| row.state) {
+        return Some(format!("There are no virtual lights: {reason}."));
+    }
+    let Some(told) = &shown.products.virtual_lights else {
+        return Some("They come with the whole picture, when the camera rests.".to_owned());
+    };
+    let (all, Some(last)) = (told.lights.len(), told.lights.last()) else {
+        return Some("No light falls on what would reflect it.".to_owned());
+    };
+    if viewer.buffer == Buffer::ShadowMaps {
+        let kept: usize = told.maps.iter().map(|maps| maps.count()).sum();
+        return Some(format!(
+            "Maps of {kept} of {all} lights, the first of each bounce. Grey is where a map shows nothing: there light passes."
+        ));
+    }
+    let until = |bounce: u32| told.lights.partition_point(|light| light.bounce <= bounce);
+    let environment = until(0);
+    let bounces: Vec<String> = (1..=last.bounce)
+        .map(|bounce| (until(bounce) - until(bounce - 1)).to_string())
+        .collect();
+    let mut parts = Vec::new();
+    if environment > 0 {
+        parts.push(format!("{environment} of the environment"));
+    }
+    if !bounces.is_empty() {
+        parts.push(format!("{} by bounce", bounces.join(" + ")));
+    }
+    Some(format!(
+        "{all} lights: {}. Faint ones lie behind what is seen.",
+        parts.join(", ")
+    ))
 }
 
 /// From dark to bright, with what the ends stand for.
