@@ -248,6 +248,7 @@ mod tests {
             point: DVec3::ZERO,
             normal: DVec3::Z * 3.0,
             distance: 0.1,
+            within: None,
         };
         let plane = MirrorRule {
             select: plane,
@@ -269,6 +270,34 @@ mod tests {
             Some(vec![0.75, 0.5, 0.75])
         );
         assert_eq!(mirrors(&cloud, &[]), None);
+    }
+
+    #[test]
+    fn a_plane_may_end_at_a_box() {
+        let cloud = RawCloud {
+            positions: vec![DVec3::ZERO, DVec3::X, DVec3::new(2.0, 0.0, 1.0)],
+            ..RawCloud::default()
+        };
+        let within = |max: f64| MirrorRule {
+            select: Select::NearPlane {
+                point: DVec3::ZERO,
+                normal: DVec3::Z,
+                distance: 0.1,
+                within: Some(Bounds {
+                    min: DVec3::splat(-0.5),
+                    max: DVec3::splat(max),
+                }),
+            },
+            reflectance: 1.0,
+        };
+        let marked = |max| mirrors(&cloud, &[within(max)]);
+        assert_eq!(marked(0.5), Some(vec![1.0, 0.0, 0.0]));
+        assert_eq!(marked(1.0), Some(vec![1.0, 1.0, 0.0]), "borders are in it");
+        assert_eq!(
+            marked(9.0),
+            Some(vec![1.0, 1.0, 0.0]),
+            "the box alone is not enough"
+        );
     }
 
     #[test]
