@@ -61,12 +61,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &egui::Ui) {
         .show(ui.ctx(), |ui| {
             write = fields(ui, &mut form);
             ui.separator();
-            if viewer.must_be_saved() {
-                ui.colored_label(
-                    ui.visuals().warn_fg_color,
-                    "The scene was changed: save it (Ctrl+Shift+S), and this renders the same.",
-                );
-            }
+            super::note_unsaved(viewer, ui);
             ui.weak("The same without a window:");
             egui::ScrollArea::vertical()
                 .max_height(80.0)

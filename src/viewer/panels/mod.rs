@@ -244,6 +244,17 @@ fn messages(viewer: &mut Viewer, ui: &egui::Ui) {
         });
 }
 
+/// Says that a command line renders the same only once the scene is saved, where that is so.
+fn note_unsaved(viewer: &Viewer, ui: &mut egui::Ui) {
+    if viewer.must_be_saved() {
+        let warning = ui.visuals().warn_fg_color;
+        ui.colored_label(
+            warning,
+            "The scene was changed: save it (Ctrl+Shift+S), and this renders the same.",
+        );
+    }
+}
+
 /// A number with its thousands apart.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();

@@ -85,6 +85,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &egui::Ui) {
             write = render.clicked();
             ui.separator();
             if let Some(words) = &words {
+                super::note_unsaved(viewer, ui);
                 command_line(ui, &mut form.picture, last, words);
             }
         });
