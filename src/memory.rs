@@ -163,13 +163,11 @@ impl Rendering<'_> {
             .iter()
             .map(Part::size)
             .max_by_key(|size| u64::from(size.x) * u64::from(size.y));
-        match part.filter(|_| cut.len() > 1) {
-            Some(part) => require_memory(
-                &format!("a picture of {x} x {y} pixels in parts of {largest} (image.part_size)"),
-                self.bytes_in_parts(part, grids),
-            ),
-            None => require_memory(&format!("a picture of {x} x {y} pixels"), self.bytes(grids)),
-        }
+        let needed = match part.filter(|_| cut.len() > 1) {
+            Some(part) => self.bytes_in_parts(part, grids),
+            None => self.bytes(grids),
+        };
+        require_memory(&format!("a picture of {x} x {y} pixels"), needed)
     }
 }
 
@@ -256,6 +254,41 @@ mod tests {
         // 512 lights of 5 bounces, 32 maps of 64 x 64 of each.
         let least = 5 * (512 * 112 + 32 * 64 * 64 * 4);
         assert!((least..10 * least).contains(&more), "{more} bytes more");
+    }
+
+    #[test]
+    fn a_poster_needs_one_part_and_what_all_leave() {
+        let mut settings = Settings::default();
+        let facts = SceneFacts {
+            points: 100,
+            mirror_points: 1,
+            lights: 1,
+            environment: false,
+        };
+        let plan = Plan::new(&facts, &settings);
+        let needed = |settings: &Settings| {
+            let rendering = Rendering {
+                size: UVec2::new(16_000, 16_000),
+                lights: 1,
+                plan: &plan,
+                settings,
+                outputs: &[],
+            };
+            let part = UVec2::splat(settings.image.part_size);
+            (
+                rendering.bytes_in_parts(part, GridsIn::MainMemory),
+                rendering.bytes(GridsIn::MainMemory),
+            )
+        };
+        let (parts, whole) = needed(&settings);
+        let left = 16_000 * 16_000 * (FRAME + MIRROR);
+        assert!(
+            parts > left && parts < whole * 2 / 3,
+            "{parts} of {whole}, {left} are left"
+        );
+        settings.image.part_size = 1024;
+        let smaller = needed(&settings).0;
+        assert!(smaller < parts && smaller > left, "{smaller}, {parts}");
     }
 
     #[test]
