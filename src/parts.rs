@@ -4,6 +4,8 @@
 //! neighbouring pixels (closing holes, eye-dome lighting, merging of indirect light) finds them there. Parts begin at
 //! multiples of the margin, so that patterns that repeat over pixels go on from one to the next.
 
+use std::collections::BTreeMap;
+
 use glam::{UVec2, Vec4};
 
 use crate::camera::Pinhole;
@@ -185,7 +187,27 @@ impl Whole {
     /// The picture.
     pub(crate) fn finish(mut self) -> Products {
         self.products.coverage = coverage(&self.products.gbuffer);
+        if let Some(mirror) = &mut self.products.mirror {
+            largest_first(mirror.region.values_mut());
+        }
         self.products
+    }
+}
+
+/// Numbers regions anew from 1, the largest first.
+fn largest_first(regions: &mut [u32]) {
+    let mut sizes: BTreeMap<u32, u64> = BTreeMap::new();
+    for region in regions.iter().filter(|region| **region > 0) {
+        *sizes.entry(*region).or_default() += 1;
+    }
+    let mut order: Vec<(u32, u64)> = sizes.into_iter().collect();
+    order.sort_by_key(|(region, size)| (std::cmp::Reverse(*size), *region));
+    let number = (1..)
+        .zip(order)
+        .map(|(number, (region, _))| (region, number));
+    let number: BTreeMap<u32, u32> = number.collect();
+    for region in regions {
+        *region = number.get(region).copied().unwrap_or(0);
     }
 }
 
@@ -260,6 +282,13 @@ mod tests {
             UVec2::new(800, 600),
             "no margin where there is no neighbour"
         );
+    }
+
+    #[test]
+    fn regions_are_numbered_by_their_size() {
+        let mut regions = [0, 7, 7, 3, 9, 9, 9, 3];
+        largest_first(&mut regions);
+        assert_eq!(regions, [0, 3, 3, 2, 1, 1, 1, 2]);
     }
 
     #[test]

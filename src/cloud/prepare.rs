@@ -56,6 +56,8 @@ pub struct Look {
     pub mirrors: Vec<MirrorRule>,
     /// What gives points their albedo.
     pub colour: ColourBy,
+    /// What normals that its file lacks turn to, in the scene's frame; `None` is that of the whole scene.
+    pub viewpoint: Option<DVec3>,
     /// The cloud is cut by this box, borders included; in the scene's frame.
     pub clip: Option<Bounds>,
 }
@@ -191,12 +193,13 @@ pub fn assemble(
         has_specular: false,
         clouds: Vec::new(),
     };
-    let viewpoint = (viewpoint - origin).as_vec3();
     let mut first = 0;
     for part in parts {
         job.progress("packing", u64::from(first), read)?;
         facts.clouds.push(facts_of(&part));
         facts.repairs += part.points.repairs;
+        let viewpoint = part.look.viewpoint.unwrap_or(viewpoint);
+        let viewpoint = (viewpoint - origin).as_vec3();
         facts.repairs.values += pack(&part, viewpoint, first, &mut all)?;
         first += part.points.read();
     }
@@ -241,21 +244,31 @@ fn facts_of(part: &Part) -> CloudFacts {
         has_colour: raw.albedo.is_some(),
         has_normals: part.points.states_normals(),
         has_intensity: raw.intensity.is_some(),
-        classes: classes_of(raw),
+        classes: classes_of(part),
         column_names: raw.column_names.clone(),
         unit: raw.unit.clone(),
         up_axis: raw.up_axis,
     }
 }
 
-fn classes_of(raw: &RawCloud) -> BTreeMap<u8, u64> {
-    let column = raw.columns.iter();
-    let column = column.filter(|(name, _)| name.eq_ignore_ascii_case(CLASSIFICATION));
+fn classes_of(part: &Part) -> BTreeMap<u8, u64> {
+    let mut columns = part.points.raw.columns.iter();
+    let column = columns.find(|(name, _)| name.eq_ignore_ascii_case(CLASSIFICATION));
     let mut counts = [0_u64; 256];
-    for class in column.flat_map(|(_, values)| values) {
-        if let Some(count) = counts.get_mut(*class as usize) {
+    let mut count = |class: f32| {
+        // What is no whole number from 0 to 255 is no class.
+        let known = (0.0..=255.0).contains(&class) && class.fract() == 0.0;
+        if let Some(count) = counts.get_mut(class as usize).filter(|_| known) {
             *count += 1;
         }
+    };
+    match (column, &part.kept) {
+        (Some((_, values)), None) => values.iter().for_each(|class| count(*class)),
+        (Some((_, values)), Some(kept)) => {
+            let drawn = kept.iter().filter_map(|&i| values.get(i as usize));
+            drawn.for_each(|class| count(*class));
+        }
+        (None, _) => {}
     }
     (0..=u8::MAX)
         .zip(counts)

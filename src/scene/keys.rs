@@ -26,6 +26,7 @@ pub(super) const CLOUD: &[&str] = &[
     "material",
     "colour",
     "visible",
+    "viewpoint",
     "mirror",
 ];
 /// Keys of a cloud's `material`.

@@ -40,6 +40,8 @@ pub struct LoadedScene {
     pub environment: Option<Arc<Environment>>,
     /// Which axis points up.
     pub up_axis: UpAxis,
+    /// What normals turned to that files lack, where their cloud does not say otherwise; in the scene's frame.
+    pub viewpoint: DVec3,
 }
 
 impl LoadedScene {
@@ -153,6 +155,7 @@ impl Scene {
                 .collect(),
             environment: sky.map(|sky| Arc::new(Environment::new(sky, up))),
             up_axis,
+            viewpoint,
         })
     }
 
@@ -213,6 +216,7 @@ impl SceneCloud {
             },
             mirrors: self.mirrors.clone(),
             colour: self.colour,
+            viewpoint: self.viewpoint,
             clip,
         }
     }

@@ -83,6 +83,8 @@ pub struct SceneCloud {
     pub colour: ColourBy,
     /// Whether it is drawn; one that is not is not read.
     pub visible: bool,
+    /// What normals that its file lacks turn to, in the scene's frame; `None` is the camera of the scene.
+    pub viewpoint: Option<DVec3>,
 }
 
 impl SceneCloud {
@@ -98,6 +100,7 @@ impl SceneCloud {
             mirrors: Vec::new(),
             colour: ColourBy::default(),
             visible: true,
+            viewpoint: None,
         }
     }
 }

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use glam::{DVec3, Vec3};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
+mod merge;
+
 use super::{
     CloudSource, FORMAT, MirrorShape, Scene, SceneCamera, SceneCloud, SceneEnvironment, SceneLight,
     read_text,
@@ -17,18 +19,15 @@ use crate::output::Outputs;
 use crate::settings::Settings;
 
 impl Scene {
-    /// Writes the scene to the file `path`, and gives it as it is read from there. Where `path`, or else the file that the
-    /// scene came from, is a scene file, its comments stay wherever nothing has changed.
+    /// Writes the scene to the file `path`, and gives it as it is read from there. Where the scene came from a scene file, what
+    /// has not changed stays as it is written there, comments and all.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a path that is no text, [`Error::Write`].
+    /// [`Error::Setting`] for a path that is no text, and where `path` is the scene's own file and can no longer be read as
+    /// one; [`Error::Write`].
     pub fn save(&self, path: &Path) -> Result<Self> {
-        let of = |file: &Path| {
-            super::is_scene_file(file)
-                .then(|| read_text(file).ok())
-                .flatten()
-        };
-        let like = of(path).or_else(|| of(&self.file));
+        let own = super::is_scene_file(&self.file).then(|| read_text(&self.file).ok());
+        let like = own.flatten();
         let text = self.to_toml(path, like.as_deref())?;
         // What cannot be read back is not written.
         let read = Self::parse(&text, path, &[])?;
@@ -42,150 +41,54 @@ impl Scene {
     /// as it is there.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a path that is no text.
+    /// [`Error::Setting`] for a path that is no text, and for a `like` that is no scene.
     pub fn to_toml(&self, path: &Path, like: Option<&str>) -> Result<String> {
-        let old = like.and_then(|text| {
-            let document: DocumentMut = text.parse().ok()?;
-            Some((document, Self::parse(text, path, &[]).ok()?))
-        });
-        let (mut document, old) = match old {
-            Some((document, old)) => (document, Some(old)),
+        let (mut document, old) = match like {
             None => (DocumentMut::new(), None),
+            Some(text) => {
+                let document: Result<DocumentMut, _> = text.parse();
+                let document = document.ok().filter(|d| d.contains_key("cloud"));
+                let document = document.ok_or_else(|| {
+                    Error::Setting(format!(
+                        "{} can no longer be read as a scene, and what is in it would be lost; save under another name",
+                        self.file.display()
+                    ))
+                })?;
+                // A scene that needs something on top of its file is spelt out.
+                (document, Self::parse(text, path, &[]).ok())
+            }
         };
-        if old.is_none() {
-            document.insert("format", value(FORMAT));
-        }
         let folder = absolute(path.parent().unwrap_or(Path::new("")));
         let writer = Writer { folder };
-        let old = old.as_ref();
-        let lists: [(&str, Vec<Table>, Vec<bool>); 3] = [
-            (
-                "cloud",
-                writer.each(&self.clouds, Writer::cloud)?,
-                same(&self.clouds, old.map(|o| &o.clouds), |a, b| {
-                    same_cloud(a, b)
-                }),
-            ),
-            (
-                "mirror",
-                writer.each(&self.mirrors, Writer::mirror)?,
-                same(&self.mirrors, old.map(|o| &o.mirrors), same_mirror),
-            ),
-            (
-                "light",
-                writer.each(&self.lights, |_, light| Ok(light_table(light)))?,
-                same(&self.lights, old.map(|o| &o.lights), |a, b| a == b),
-            ),
-        ];
-        for (key, tables, same) in lists {
-            put_list(&mut document, key, tables, &same);
+        let new = writer.sections(self)?;
+        let old = old.map(|old| writer.sections(&old)).transpose()?;
+        if !document.contains_key("format") {
+            document.insert("format", value(FORMAT));
         }
-        if old.is_none_or(|old| !same_environment(&old.environment, &self.environment)) {
-            let environment = self.environment.as_ref();
-            let environment = environment.map(|e| writer.environment(e)).transpose()?;
-            put(&mut document, "environment", environment);
-        }
-        if old.is_none_or(|old| old.clip != self.clip) {
-            put(&mut document, "clip", self.clip.map(clip_table));
-        }
-        if old.is_none_or(|old| !old.camera.sees_as(&self.camera)) {
-            let camera = camera_table(&self.camera);
-            put(
-                &mut document,
-                "camera",
-                (!camera.is_empty()).then_some(camera),
-            );
-        }
-        if old.is_none_or(|old| old.settings != self.settings) {
-            let settings = settings_table(&self.settings);
-            put(
-                &mut document,
-                "settings",
-                (!settings.is_empty()).then_some(settings),
-            );
-        }
-        Ok(document.to_string())
+        merge::into(&mut document, old.as_ref(), &new);
+        let text = document.to_string();
+        let first = like.and_then(|like| like.split_inclusive('\n').next());
+        let crlf = first.is_some_and(|line| line.ends_with("\r\n"));
+        Ok(if crlf {
+            text.replace("\r\n", "\n").replace('\n', "\r\n")
+        } else {
+            text
+        })
     }
 }
 
-/// Replaces a table, or removes it.
-fn put(document: &mut DocumentMut, key: &str, table: Option<Table>) {
-    match table {
-        Some(table) => document.insert(key, Item::Table(table)),
-        None => document.remove(key),
-    };
-}
-
-/// Replaces a list of tables but for those that are the `same`.
-fn put_list(document: &mut DocumentMut, key: &str, tables: Vec<Table>, same: &[bool]) {
-    if tables.is_empty() {
-        document.remove(key);
-        return;
-    }
-    let list = document
-        .entry(key)
-        .or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
-    let Some(list) = list.as_array_of_tables_mut() else {
-        // Written in one line: it is spelt out.
-        document.insert(key, Item::ArrayOfTables(tables.into_iter().collect()));
-        return;
-    };
-    while list.len() > tables.len() {
-        list.remove(list.len() - 1);
-    }
-    for (index, table) in tables.into_iter().enumerate() {
-        match list.get_mut(index) {
-            Some(_) if same.get(index) == Some(&true) => {}
-            Some(old) => {
-                let decor = old.decor().clone();
-                *old = table;
-                *old.decor_mut() = decor;
-            }
-            None => list.push(table),
-        }
-    }
-}
-
-/// Which of the new entries are as they were.
-fn same<T>(new: &[T], old: Option<&Vec<T>>, equal: impl Fn(&T, &T) -> bool) -> Vec<bool> {
-    let old = old.map_or(&[][..], Vec::as_slice);
-    new.iter().zip(old).map(|(a, b)| equal(a, b)).collect()
+/// What a scene says, table by table.
+pub(super) struct Sections {
+    /// `[[cloud]]`, `[[mirror]]`, `[[light]]`.
+    pub(super) lists: [(&'static str, Vec<Table>); 3],
+    /// `[environment]`, `[clip]`, `[camera]`, `[settings]`; empty ones are not there.
+    pub(super) tables: [(&'static str, Table); 4],
 }
 
 fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| {
         std::env::current_dir().map_or_else(|_| path.to_owned(), |folder| folder.join(path))
     })
-}
-
-fn same_cloud(a: &SceneCloud, b: &SceneCloud) -> bool {
-    let whole = |cloud: &SceneCloud| {
-        let mut cloud = cloud.clone();
-        match &mut cloud.source {
-            CloudSource::File(path) => *path = absolute(path),
-            CloudSource::Generated { mesh, .. } => *mesh = mesh.as_deref().map(absolute),
-        }
-        cloud
-    };
-    whole(a) == whole(b)
-}
-
-fn same_mirror(a: &MirrorShape, b: &MirrorShape) -> bool {
-    match (a, b) {
-        (MirrorShape::Mesh { path: a }, MirrorShape::Mesh { path: b }) => {
-            absolute(a) == absolute(b)
-        }
-        _ => a == b,
-    }
-}
-
-fn same_environment(a: &Option<SceneEnvironment>, b: &Option<SceneEnvironment>) -> bool {
-    match (a, b) {
-        (Some(SceneEnvironment::Map { path: a }), Some(SceneEnvironment::Map { path: b })) => {
-            absolute(a) == absolute(b)
-        }
-        _ => a == b,
-    }
 }
 
 /// Writes what has paths in it.
@@ -195,6 +98,24 @@ struct Writer {
 }
 
 impl Writer {
+    fn sections(&self, scene: &Scene) -> Result<Sections> {
+        let environment = scene.environment.as_ref();
+        let environment = environment.map(|e| self.environment(e)).transpose()?;
+        Ok(Sections {
+            lists: [
+                ("cloud", self.each(&scene.clouds, Self::cloud)?),
+                ("mirror", self.each(&scene.mirrors, Self::mirror)?),
+                ("light", scene.lights.iter().map(light_table).collect()),
+            ],
+            tables: [
+                ("environment", environment.unwrap_or_default()),
+                ("clip", scene.clip.map(clip_table).unwrap_or_default()),
+                ("camera", camera_table(&scene.camera)),
+                ("settings", settings_table(&scene.settings)),
+            ],
+        })
+    }
+
     fn each<T>(
         &self,
         items: &[T],
@@ -257,6 +178,9 @@ impl Writer {
         }
         if !cloud.visible {
             table.insert("visible", value(false));
+        }
+        if let Some(viewpoint) = cloud.viewpoint {
+            table.insert("viewpoint", Item::Value(vector(viewpoint)));
         }
         if !cloud.mirrors.is_empty() {
             let rules: ArrayOfTables = cloud.mirrors.iter().map(rule_table).collect();
@@ -462,7 +386,6 @@ fn camera_table(camera: &SceneCamera) -> Table {
 /// What differs from the defaults, a table for each group.
 fn settings_table(settings: &Settings) -> Table {
     let mut table = Table::new();
-    table.set_implicit(true);
     for (key, setting) in settings.changed() {
         let Some((group, name)) = key.split_once('.') else {
             continue;

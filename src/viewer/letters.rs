@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::SystemTime;
 
 use catoptric::Progress;
 use catoptric::camera::Camera;
@@ -10,10 +11,11 @@ use catoptric::renderer::Products;
 use catoptric::scene::{LoadedScene, Override, Scene};
 use catoptric::settings::Settings;
 use eframe::egui::ColorImage;
-use glam::UVec2;
+use glam::{DVec3, UVec2};
 
 use super::buffers::Buffer;
 use super::comparison::Comparison;
+use super::document::Document;
 use super::pace::Detail;
 use super::take::{Filmed, Take};
 
@@ -27,7 +29,17 @@ pub(super) struct Opening {
     /// What was said on top of the scene, as words of a command line.
     pub(super) given: Vec<String>,
     /// What a person made of the scene that is open, in place of what its file says.
-    pub(super) edited: Option<Box<Scene>>,
+    pub(super) edited: Option<Edited>,
+}
+
+/// A scene that is open, changed.
+#[derive(Debug, Clone)]
+pub(super) struct Edited {
+    pub(super) document: Box<Document>,
+    /// The number of the opening that the scene came with: another one is not changed by this.
+    pub(super) file: u64,
+    /// Whether the file is read anew for what was not changed.
+    pub(super) reads: bool,
 }
 
 /// What to render.
@@ -64,10 +76,30 @@ pub(super) struct Save {
     pub(super) replaces: bool,
 }
 
+/// A scene that was written.
+pub(super) struct Saved {
+    /// What is open, now the scene of that file.
+    pub(super) opened: Opened,
+    /// What was to be written, and what is read back of it: the same but for last bits and for how files are named.
+    pub(super) asked: Document,
+    pub(super) read: Document,
+}
+
+/// A pixel of a frame, around which a surface is looked for.
+#[derive(Clone)]
+pub(super) struct Pick {
+    pub(super) shown: Shown,
+    pub(super) pixel: UVec2,
+}
+
 /// A scene that is open.
 #[derive(Debug, Clone)]
 pub(super) struct Opened {
     pub(super) opening: Opening,
+    /// The number of the opening that brought the file.
+    pub(super) file: u64,
+    /// When the file was written last, as far as that is known.
+    pub(super) written: Option<SystemTime>,
     /// As its file and what was said on top of it have it.
     pub(super) base: Scene,
     /// As it is shown.
@@ -98,6 +130,9 @@ pub(super) struct Shown {
     pub(super) products: Arc<Products>,
     /// From the request's beginning to its end, milliseconds.
     pub(super) ms: f64,
+    /// What positions are relative to, and the spacing of points.
+    pub(super) origin: DVec3,
+    pub(super) spacing: f64,
 }
 
 /// A layer of a frame, in colours.
@@ -134,7 +169,7 @@ pub(super) enum Event {
     Compared(Box<Comparison>),
     Exported(Vec<PathBuf>),
     /// The scene was written, and is now this one.
-    Saved(Box<Opened>),
+    Saved(Box<Saved>),
     /// What chooses the points of the surface that was asked for.
     Picked(Option<Select>),
     /// Pictures of a path that are written, and all that are to be.
@@ -152,8 +187,8 @@ pub(super) enum Task {
     Open(Opening),
     Export(Export),
     Save(Save),
-    /// Finds the surface around a pixel of the last frame.
-    Pick(UVec2),
+    /// Finds the surface around a pixel.
+    Pick(Box<Pick>),
     /// Begins to write pictures of a path.
     Film(Take),
     /// Writes the next one.

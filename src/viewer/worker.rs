@@ -9,7 +9,6 @@ use std::thread::JoinHandle;
 
 use catoptric::renderer::BackendChoice;
 use catoptric::{Error, Job};
-use glam::UVec2;
 
 use super::buffers::Buffer;
 use super::letters::{Event, Export, Opening, Request, Save, Shown, Task};
@@ -22,7 +21,7 @@ struct Mailbox {
     opening: Option<Opening>,
     export: Option<Export>,
     save: Option<Save>,
-    pick: Option<UVec2>,
+    pick: Option<Box<Pick>>,
     film: Option<Take>,
     /// Whether the pictures of a path that are under way are to end.
     ends_film: bool,
@@ -148,8 +147,8 @@ impl Worker {
     }
 
     /// Finds the surface around a pixel of the last frame.
-    pub(super) fn pick(&self, pixel: UVec2) {
-        self.shared.mailbox().pick = Some(pixel);
+    pub(super) fn pick(&self, pick: Pick) {
+        self.shared.mailbox().pick = Some(Box::new(pick));
         self.shared.posted.notify_one();
     }
 
@@ -230,8 +229,8 @@ impl Mailbox {
         if let Some(buffer) = self.paint.take() {
             return Some((Task::Paint(buffer), Running::Moving));
         }
-        if let Some(pixel) = self.pick.take() {
-            return Some((Task::Pick(pixel), Running::Moving));
+        if let Some(pick) = self.pick.take() {
+            return Some((Task::Pick(pick), Running::Moving));
         }
         if let Some(frames) = self.compare.take() {
             return Some((Task::Compare(frames), Running::Moving));

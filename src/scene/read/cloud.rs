@@ -38,6 +38,7 @@ pub(super) fn read(field: &Field<'_>) -> Result<SceneCloud> {
         mirrors: each(&table, "mirror", rule)?,
         colour: table.optional("colour", colour)?.unwrap_or_default(),
         visible: table.optional("visible", |f| f.truth())?.unwrap_or(true),
+        viewpoint: table.optional("viewpoint", |f| f.point())?,
     })
 }
 
