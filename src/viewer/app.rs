@@ -92,6 +92,8 @@ pub(super) struct Viewer {
     pub(super) under_way: Option<(u64, Detail)>,
     /// Whether what is shown is all there is of the view.
     pub(super) complete: bool,
+    /// Whether the graphics device was lost since the last frame.
+    pub(super) lost: bool,
 }
 
 impl Viewer {
@@ -149,6 +151,7 @@ impl Viewer {
             number: 0,
             under_way: None,
             complete: false,
+            lost: false,
         };
         if let Some(path) = start.path {
             viewer.begin_opening(Opening {

@@ -58,6 +58,16 @@ impl Viewer {
                     self.fail(message);
                     self.give_up_edits(number);
                 }
+                Event::Lost(number, message) => {
+                    self.done(number);
+                    self.complete = true;
+                    self.fail(message);
+                    self.give_up_edits(number);
+                    // Once: where it fails again and again, a person decides.
+                    if !std::mem::replace(&mut self.lost, true) {
+                        self.touch();
+                    }
+                }
                 Event::Stopped(number) => {
                     self.done(number);
                     self.give_up_edits(number);
@@ -153,6 +163,9 @@ impl Viewer {
             self.worker.paint(self.buffer);
         }
         self.shown = Some(shown);
+        if std::mem::take(&mut self.lost) {
+            self.say("the graphics device was opened anew");
+        }
         if let Some(second) = &mut self.second {
             // What was compared was another view.
             (second.texture, second.difference) = (None, None);

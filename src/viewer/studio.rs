@@ -69,6 +69,8 @@ impl Studio {
                 (self.frame(request, job)).map(|shown| Event::Second(Box::new(shown)))
             }
             Task::Compare(frames) => self.compare(&frames),
+            #[cfg(test)]
+            Task::Lose => self.lose_device(),
         };
         if matches!(done, Err(Error::Gpu(_))) {
             (self.machine, self.full, self.part) = (None, None, None);
@@ -77,6 +79,13 @@ impl Studio {
             Err(error) if films => Ok(self.end_film(Some(error))),
             done => done,
         }
+    }
+
+    #[cfg(test)]
+    fn lose_device(&self) -> Result<Event, Error> {
+        let device = self.machine.as_ref().and_then(Machine::device);
+        device.ok_or(Error::Cancelled)?.raw().destroy();
+        Err(Error::Cancelled)
     }
 
     fn open(&mut self, opening: Opening, job: &Job) -> Result<Event, Error> {

@@ -16,8 +16,10 @@ use super::app::Viewer;
 use super::buffers::Buffer;
 use super::pace::Detail;
 
+mod device;
 mod editing;
 mod film;
+mod room;
 mod tooltips;
 
 const SCENE: &str = r#"

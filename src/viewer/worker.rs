@@ -26,6 +26,8 @@ struct Mailbox {
     film: Option<Take>,
     /// Whether the pictures of a path that are under way are to end.
     ends_film: bool,
+    #[cfg(test)]
+    loses_device: bool,
     request: Option<Request>,
     paint: Option<Buffer>,
     second: Option<Request>,
@@ -180,6 +182,13 @@ impl Worker {
         mailbox.stop(|_| true);
     }
 
+    /// Takes the graphics device away before anything else is begun.
+    #[cfg(test)]
+    pub(super) fn lose_device(&self) {
+        self.shared.mailbox().loses_device = true;
+        self.shared.posted.notify_one();
+    }
+
     /// What happened since the last call.
     pub(super) fn events(&self) -> impl Iterator<Item = Event> + '_ {
         self.events.try_iter()
@@ -209,6 +218,10 @@ impl Mailbox {
         }
         if std::mem::take(&mut self.ends_film) && films {
             return Some((Task::EndFilm, Running::Picture));
+        }
+        #[cfg(test)]
+        if std::mem::take(&mut self.loses_device) {
+            return Some((Task::Lose, Running::Moving));
         }
         if let Some(opening) = self.opening.take() {
             return Some((Task::Open(opening), Running::Opening));
@@ -276,12 +289,15 @@ fn work(mut studio: Studio, post: &Post, shared: &Shared) {
                 None
             }
             Task::Film(_) | Task::Picture | Task::EndFilm => None,
+            #[cfg(test)]
+            Task::Lose => None,
         };
         let done = studio.answer(task, &job);
         shared.mailbox().running = None;
         post.send(match done {
             Ok(event) => event,
             Err(Error::Cancelled) => Event::Stopped(number),
+            Err(error @ Error::Gpu(_)) => Event::Lost(number, error.to_string()),
             Err(error) => Event::Failed(number, error.to_string()),
         });
     }
