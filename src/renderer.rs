@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::Vec4;
 
 use crate::backend::cpu::Cpu;
-use crate::backend::gpu::{AdapterChoice, Gpu, GpuOptions};
+use crate::backend::gpu::{AdapterChoice, Device, Gpu, GpuOptions};
 use crate::backend::{Backend, Cloud};
 use crate::cloud::Surfels;
 use crate::error::{Error, Result};
@@ -140,6 +140,14 @@ impl Machine {
         match &self.backend {
             AnyBackend::Cpu(backend) => backend.adapter(),
             AnyBackend::Gpu(backend) => backend.adapter(),
+        }
+    }
+
+    /// The graphics device, where there is one: for programs that share it.
+    pub fn device(&self) -> Option<&Device> {
+        match &self.backend {
+            AnyBackend::Cpu(_) => None,
+            AnyBackend::Gpu(backend) => Some(backend.device()),
         }
     }
 

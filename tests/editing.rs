@@ -30,6 +30,14 @@ pub(crate) fn tests() -> Vec<Trial> {
             comments_stay,
         ),
         claim(
+            "editing::entries_keep_their_comments_wherever_they_go",
+            entries_keep_their_comments,
+        ),
+        claim(
+            "editing::a_scene_that_needs_more_than_its_file_keeps_it",
+            needs_more_than_its_file,
+        ),
+        claim(
             "editing::a_scene_saved_elsewhere_names_the_same_files",
             saved_elsewhere,
         ),
@@ -186,6 +194,58 @@ fn comments_stay() {
     let written = scene.to_toml(path, Some(text)).expect("a text");
     assert!(!written.contains("[[mirror]]"), "{written}");
     assert!(written.contains("# As scanned in May."), "{written}");
+}
+
+fn entries_keep_their_comments() {
+    let text = "format = 1\r\n# The hall.\r\n[[cloud]]\r\npath = \"hall.laz\" # May\r\nvisible = true # for now\r\n\r\n\
+                # The garden.\r\n[[cloud]]\r\npath = \"garden.laz\"\r\n\r\n# The roof.\r\n[[cloud]]\r\npath = \"roof.laz\" # June\r\n\r\n\
+                # [[light]] is to come.\r\n[camera]\r\nposition = [1, 2, 3] # the door\r\n";
+    let path = Path::new("dir/room.toml");
+    let mut scene = Scene::parse(text, path, &[]).expect("a sound scene");
+    assert_eq!(scene.to_toml(path, Some(text)).expect("a text"), text);
+    scene.clouds[0].visible = false;
+    scene.clouds.remove(1);
+    scene.camera.position = Some(DVec3::new(4.0, 5.0, 6.0));
+    let written = scene.to_toml(path, Some(text)).expect("a text");
+    let at = |what: &str| {
+        written
+            .find(what)
+            .unwrap_or_else(|| panic!("no {what} in\n{written}"))
+    };
+    assert!(at("# The hall.") < at("hall.laz") && at("# May") < at("# The roof."));
+    assert!(at("visible = false # for now") < at("# The roof."));
+    assert!(at("# The roof.") < at("roof.laz\" # June"));
+    assert!(at("# [[light]] is to come.") < at("[camera]"));
+    assert!(at("[4.0, 5.0, 6.0] # the door") > at("[camera]"));
+    at("# The garden.");
+    assert!(!written.contains("garden.laz"), "{written}");
+    assert_eq!(
+        written.matches('\n').count(),
+        written.matches("\r\n").count(),
+        "line ends stay"
+    );
+    let read = Scene::parse(&written, path, &[]).expect(&written);
+    assert_eq!(said(&read), said(&scene), "{written}");
+    // In one line, and nothing has changed.
+    let short = "format = 1\ncloud = [{ path = \"a.ply\" }] # all\n";
+    let same = Scene::parse(short, path, &[]).expect("a sound scene");
+    assert_eq!(same.to_toml(path, Some(short)).expect("a text"), short);
+}
+
+fn needs_more_than_its_file() {
+    let text = "# A bunny of my own.\nformat = 1\n[[cloud]]\ngenerate = \"bunny\"\n[[light]] # mine\nkind = \"point\"\n\
+                position = [0, 1, 0]\nintensity = [1, 1, 1]\n";
+    let path = Path::new("dir/room.toml");
+    let mesh = catoptric::scene::Override::mesh(Path::new("dir/bunny.ply"), "--mesh dir/bunny.ply");
+    let scene = Scene::parse(text, path, &[mesh]).expect("with a mesh");
+    let written = scene.to_toml(path, Some(text)).expect("a text");
+    assert!(written.contains("# A bunny of my own."), "{written}");
+    let read = Scene::parse(&written, path, &[]).expect(&written);
+    assert_eq!((read.clouds.len(), read.lights.len()), (1, 1));
+    for broken in ["format = 1\n[[cloud", "title = \"a camera path\"\n"] {
+        let refusal = scene.to_toml(path, Some(broken)).expect_err("no scene");
+        assert!(refusal.to_string().contains("another name"), "{refusal}");
+    }
 }
 
 fn saved_elsewhere() {

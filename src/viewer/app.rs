@@ -82,6 +82,8 @@ pub(super) struct Viewer {
     pub(super) shows_difference: bool,
     pub(super) progress: Option<Progress>,
     pub(super) loading: Option<PathBuf>,
+    /// What an edit that is loading shows; `None` where a file is read.
+    pub(super) loading_points: Option<Document>,
     /// The number of the last opening.
     pub(super) opening: u64,
     pub(super) messages: Vec<(bool, String)>,
@@ -93,6 +95,8 @@ pub(super) struct Viewer {
     pub(super) under_way: Option<(u64, Detail)>,
     /// Whether what is shown is all there is of the view.
     pub(super) complete: bool,
+    /// Whether the graphics device was lost since the last frame.
+    pub(super) lost: bool,
 }
 
 impl Viewer {
@@ -142,6 +146,7 @@ impl Viewer {
             shows_difference: false,
             progress: None,
             loading: None,
+            loading_points: None,
             opening: 0,
             messages: Vec::new(),
             panels: super::panels::Panels::load(storage),
@@ -150,6 +155,7 @@ impl Viewer {
             number: 0,
             under_way: None,
             complete: false,
+            lost: false,
         };
         if let Some(path) = start.path {
             viewer.begin_opening(Opening {
@@ -178,90 +184,18 @@ impl Viewer {
     }
 
     /// What is open stays until the new scene is there.
-    fn begin_opening(&mut self, opening: Opening) {
+    pub(super) fn begin_opening(&mut self, opening: Opening) {
         self.number += 1;
+        self.loading_points = opening
+            .edited
+            .as_ref()
+            .map(|e| Document::clone(&e.document));
         self.opening = self.number;
         self.loading = Some(opening.path.clone());
         self.under_way = None;
         self.worker.open(Opening {
             number: self.number,
             ..opening
-        });
-    }
-
-    /// Reads what is open anew; camera, settings and edits stay.
-    pub(super) fn reload(&mut self) {
-        if let Some(opened) = &self.opened {
-            let opening = opened.opening.clone();
-            if self.is_edited() {
-                self.show_edits();
-            } else {
-                self.begin_opening(opening);
-            }
-        }
-    }
-
-    /// Whether clouds or mirrors are not as the scene's file has them.
-    pub(super) fn is_edited(&self) -> bool {
-        let base = self.opened.as_ref().map(|o| Document::of(&o.base));
-        base.is_some_and(|base| !base.has_points_of(self.history.now()))
-    }
-
-    /// Changes what is open; `what` is for undo: changes of one thing that follow one another are one step.
-    pub(super) fn edit(&mut self, what: &str, change: impl FnOnce(&mut Document)) {
-        let mut document = self.history.now().clone();
-        change(&mut document);
-        self.history.change(document, what, Instant::now());
-        self.follow_history();
-    }
-
-    pub(super) fn undo(&mut self) {
-        self.history.undo();
-        self.follow_history();
-    }
-
-    pub(super) fn redo(&mut self) {
-        self.history.redo();
-        self.follow_history();
-    }
-
-    /// Shows what the document has become.
-    fn follow_history(&mut self) {
-        let shown = self.opened.as_ref().map(|o| Document::of(&o.scene));
-        let same = |shown: &Document| shown.has_points_of(self.history.now());
-        if shown.as_ref().is_none_or(same) && self.loading.is_none() {
-            self.touch();
-        } else {
-            self.show_edits();
-        }
-    }
-
-    fn show_edits(&mut self) {
-        if let Some(opened) = &self.opened {
-            let scene = self.history.now().put_into(&opened.base);
-            let opening = Opening {
-                edited: Some(Box::new(scene)),
-                ..opened.opening.clone()
-            };
-            self.begin_opening(opening);
-        }
-    }
-
-    /// Writes the scene as it is now, with the camera of this view where that is wanted.
-    pub(super) fn save_scene(&mut self, path: PathBuf, with_view: bool, replaces: bool) {
-        let Some(opened) = &self.opened else { return };
-        let mut scene = self.history.now().put_into(&opened.base);
-        if with_view {
-            let camera = self.navigator.camera(&self.like);
-            scene.camera.position = Some(camera.position);
-            scene.camera.target = Some(camera.target);
-            scene.camera.up = Some(camera.up);
-            scene.camera.fov_y_degrees = Some(camera.fov_y_degrees);
-        }
-        self.worker.save(Save {
-            scene: Box::new(scene),
-            path,
-            replaces,
         });
     }
 
@@ -289,24 +223,13 @@ impl Viewer {
     /// Stops loading, rendering and writing.
     pub(super) fn cancel(&mut self) {
         self.worker.cancel();
+        // A view that was not begun is not told of again.
+        self.under_way = None;
         if self.loading.take().is_some() {
             self.give_up_edits(Some(self.opening));
         }
         self.dirty = false;
         self.complete = true;
-    }
-
-    pub(super) fn document(&self) -> &Document {
-        self.history.now()
-    }
-
-    pub(super) fn settings(&self) -> &Settings {
-        &self.history.now().settings
-    }
-
-    /// Takes new settings; `what` changed them.
-    pub(super) fn change(&mut self, settings: Settings, what: &str) {
-        self.edit(what, |document| document.settings = settings);
     }
 
     /// The view has changed.
@@ -338,30 +261,11 @@ impl Viewer {
         }
     }
 
-    /// The words that render this picture without a window; the scene must be [saved](Viewer::must_be_saved) where it has
-    /// to be.
-    pub(super) fn command_line(&self, camera: &Camera, output: &Path) -> Vec<String> {
-        let opened = self.opened.as_ref();
-        let defaults = Settings::default();
-        let differences = opened.and_then(|o| history::differences(&o.base, self.document()));
-        history::command_line(
-            &opened.map_or_else(String::new, |o| o.opening.path.display().to_string()),
-            opened.map_or(&[], |o| &o.opening.given),
-            &differences.unwrap_or_default(),
-            opened.map_or(&defaults, |o| &o.base.settings),
-            self.settings(),
-            camera,
-            &output.display().to_string(),
-        )
-    }
-
-    /// Whether the scene has become one that no command line can tell.
-    pub(super) fn must_be_saved(&self) -> bool {
-        let opened = self.opened.as_ref();
-        opened.is_some_and(|o| history::differences(&o.base, self.document()).is_none())
-    }
-
     pub(super) fn export(&mut self, export: Export) {
+        if self.loading.is_some() {
+            self.say("wait until the scene is there, then export it");
+            return;
+        }
         self.under_way = None;
         self.worker.export(export);
         self.touch();

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3, UVec2};
 
 use super::app::{Purpose, Viewer};
 use super::editing;
+use super::letters::Pick;
 use super::navigation::Navigator;
 use super::probe::Probe;
 use super::second::Second;
@@ -187,9 +188,9 @@ fn overlays(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Res
 
 /// What a place on screen shows, as far as the last frame tells.
 fn probe(viewer: &Viewer, rect: Rect, at: Pos2) -> Option<Probe> {
-    let (shown, opened) = (viewer.shown.as_ref()?, viewer.opened.as_ref()?);
+    let shown = viewer.shown.as_ref()?;
     let pixel = pixel(viewer, rect, at)?;
-    let origin = opened.loaded.surfels.origin;
+    let origin = shown.origin;
     Some(Probe::new(&shown.products, origin, pixel, viewer.buffer))
 }
 
@@ -243,7 +244,9 @@ fn pointer(viewer: &mut Viewer, ui: &egui::Ui, rect: Rect, response: &egui::Resp
         if viewer.picking.is_some()
             && let Some(pixel) = at.and_then(|at| pixel(viewer, rect, at))
         {
-            viewer.worker.pick(pixel);
+            if let Some(shown) = viewer.shown.clone() {
+                viewer.worker.pick(Pick { shown, pixel });
+            }
         } else if shift {
             // What a mirror shows is measured to where it really is.
             if viewer.measured.len() > 1 {

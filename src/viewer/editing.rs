@@ -160,9 +160,7 @@ impl Viewer {
         if finished {
             self.moving = None;
             // Each drag is a step of its own.
-            self.steps += 1;
-            let what = format!("drag {}", self.steps);
-            self.edit(&what, |document| put(document, selected, &shape));
+            self.edit_once("drag", |document| put(document, selected, &shape));
         } else {
             self.moving = Some((selected, shape));
         }
@@ -173,16 +171,15 @@ impl Viewer {
         let (_, _, forward) = self.navigator.axes();
         let (centre, up) = (self.navigator.pivot, self.navigator.up());
         let size = self.navigator.reach() * INSERTED;
-        let shape = kind.shape(centre, size, -forward, up);
+        let front = (-forward).normalize_or(DVec3::Z);
+        let shape = kind.shape(centre, size, front, up);
         self.insert_mirror(MirrorShape::Shape(shape));
     }
 
     /// Puts a mirror into the scene, and chooses it.
     pub(super) fn insert_mirror(&mut self, mirror: MirrorShape) {
         let index = self.document().mirrors.len();
-        self.steps += 1;
-        let what = format!("insert {}", self.steps);
-        self.edit(&what, |document| document.mirrors.push(mirror));
+        self.edit_once("insert", |document| document.mirrors.push(mirror));
         self.selected = Some(Selected::Mirror(index));
     }
 
@@ -196,7 +193,7 @@ impl Viewer {
             self.say("a scene is opened, not added; add point clouds");
             return;
         }
-        self.edit("add a cloud", |document| {
+        self.edit_once("add a cloud", |document| {
             document
                 .clouds
                 .push(SceneCloud::new(CloudSource::File(path)));
@@ -209,9 +206,7 @@ impl Viewer {
             return;
         };
         let rule = marked.mirrors.len();
-        self.steps += 1;
-        let what = format!("mark {}", self.steps);
-        self.edit(&what, |document| {
+        self.edit_once("mark", |document| {
             if let Some(cloud) = document.clouds.get_mut(cloud) {
                 cloud.mirrors.push(MirrorRule {
                     select,
@@ -238,9 +233,7 @@ impl Viewer {
             return;
         };
         self.moving = None;
-        self.steps += 1;
-        let what = format!("remove {}", self.steps);
-        self.edit(&what, |document| match selected {
+        self.edit_once("remove", |document| match selected {
             Selected::Mirror(index) if index < document.mirrors.len() => {
                 document.mirrors.remove(index);
             }

@@ -39,12 +39,15 @@ impl Viewer {
                         self.say(format!("wrote {}", file.display()));
                     }
                 }
-                Event::Saved(opened) => {
-                    let path = opened.opening.path.clone();
+                Event::Saved(saved) => {
+                    let path = saved.opened.opening.path.clone();
                     self.panels.remember(&path);
                     self.say(format!("wrote {}", path.display()));
-                    self.film.belongs_to(&path);
-                    self.opened = Some(*opened);
+                    // The same scene, as it is read back.
+                    if self.document().has_points_of(&saved.asked) {
+                        self.history.replace_points(&saved.read);
+                    }
+                    self.opened = Some(saved.opened);
                 }
                 Event::Picked(select) => self.picked(select),
                 Event::Picture(done, total) => {
@@ -53,11 +56,23 @@ impl Viewer {
                 }
                 Event::Filmed(filmed) => self.filmed(&filmed),
                 Event::Failed(number, message) => {
+                    // What cannot be made is not asked for again; other failures leave the view to be completed.
+                    self.complete |= self.under_way.is_some_and(|(n, _)| Some(n) == number);
                     self.done(number);
-                    self.complete = true;
                     self.refuse_comparison(number, &message);
                     self.fail(message);
                     self.give_up_edits(number);
+                }
+                Event::Lost(number, message) => {
+                    // What cannot be made is not asked for again; other failures leave the view to be completed.
+                    self.complete |= self.under_way.is_some_and(|(n, _)| Some(n) == number);
+                    self.done(number);
+                    self.fail(message);
+                    self.give_up_edits(number);
+                    // Once: where it fails again and again, a person decides.
+                    if !std::mem::replace(&mut self.lost, true) {
+                        self.touch();
+                    }
                 }
                 Event::Stopped(number) => {
                     self.done(number);
@@ -74,13 +89,16 @@ impl Viewer {
             }
         }
         let (dropped, adds) = context.input(|i| {
-            let first = i.raw.dropped_files.first().map(|f| f.path().to_owned());
-            (first, i.modifiers.shift)
+            let files = i.raw.dropped_files.iter().map(|f| f.path().to_owned());
+            (files.collect::<Vec<_>>(), i.modifiers.shift)
         });
-        match dropped {
-            Some(path) if adds => self.add_cloud(path),
-            Some(path) => self.open(path),
-            None => {}
+        for path in dropped {
+            if adds {
+                self.add_cloud(path);
+            } else {
+                self.open(path);
+                break;
+            }
         }
     }
 
@@ -127,13 +145,27 @@ impl Viewer {
                 self.navigator.set_up(up);
             }
         }
-        if opened.scene == opened.base {
+        let fresh = opened.file == opened.opening.number;
+        if fresh {
             for sentence in opened.loaded.facts.repairs.sentences() {
                 self.say(sentence);
             }
         }
+        if fresh && again {
+            // Somebody may have changed the file.
+            self.history.replace_points(&Document::of(&opened.scene));
+        }
+        if let Some(second) = &mut self.second {
+            // It was of other points.
+            second.shown = None;
+        }
         self.opened = Some(opened);
-        self.touch();
+        if self.loading.is_none() && !self.shows_document() {
+            // It was given up just when it was there.
+            self.show_edits(false);
+        } else {
+            self.touch();
+        }
     }
 
     fn show(&mut self, shown: Shown, layer: Layer, context: &egui::Context) {
@@ -154,6 +186,9 @@ impl Viewer {
             self.worker.paint(self.buffer);
         }
         self.shown = Some(shown);
+        if std::mem::take(&mut self.lost) {
+            self.say("the graphics device was opened anew");
+        }
         if let Some(second) = &mut self.second {
             // What was compared was another view.
             (second.texture, second.difference) = (None, None);

@@ -47,16 +47,29 @@ impl History {
         self.last = Some((what.to_owned(), at));
     }
 
-    /// Goes back to the points of `document`, since those that there are now cannot be shown.
-    pub(super) fn refuse(&mut self, document: &Document) {
+    /// Goes back to the points of `shown`, since those that there are now cannot be shown; what led to them is no step.
+    pub(super) fn refuse(&mut self, shown: &Document) {
+        while self
+            .past
+            .last()
+            .is_some_and(|before| !before.has_points_of(shown))
+        {
+            self.past.pop();
+        }
+        self.replace_points(shown);
+        if self.past.last() == Some(&self.now) {
+            self.past.pop();
+        }
+        self.future.clear();
+    }
+
+    /// Takes the points of another document, without a step.
+    pub(super) fn replace_points(&mut self, document: &Document) {
         let settings = std::mem::take(&mut self.now.settings);
         self.now = Document {
             settings,
             ..document.clone()
         };
-        if self.past.last() == Some(&self.now) {
-            self.past.pop();
-        }
         self.last = None;
     }
 

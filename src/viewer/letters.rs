@@ -178,6 +178,8 @@ pub(super) enum Event {
     Filmed(Filmed),
     /// The number of what was asked for, where it has one, and a sentence for the person.
     Failed(Option<u64>, String),
+    /// The same where the graphics device is what failed; it is opened anew.
+    Lost(Option<u64>, String),
     /// What was begun was stopped.
     Stopped(Option<u64>),
 }
@@ -199,4 +201,7 @@ pub(super) enum Task {
     Paint(Buffer),
     Second(Request),
     Compare(Box<(Shown, Shown, Buffer)>),
+    /// Takes the graphics device away, as a driver may.
+    #[cfg(test)]
+    Lose,
 }

@@ -9,6 +9,7 @@
 mod app;
 mod buffers;
 mod canvas;
+mod changes;
 mod comparison;
 mod document;
 mod editing;
@@ -19,6 +20,7 @@ mod handles;
 mod history;
 mod letters;
 mod navigation;
+mod opening;
 mod pace;
 mod panels;
 mod path;

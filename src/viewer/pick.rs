@@ -42,7 +42,7 @@ pub(super) fn region(
         let centre = joined.positions.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / count;
         return Some(Select::NearPlane {
             point: origin + centre,
-            normal: normal.as_dvec3(),
+            normal: normal.as_dvec3().normalize_or(DVec3::Z),
             distance: f64::from(THICK) * spacing,
             within: Some(joined.bounds(origin, spacing)),
         });

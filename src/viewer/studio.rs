@@ -9,31 +9,31 @@ use catoptric::output::{CameraDescription, Outputs, camera_gbuffer, mirror_gbuff
 use catoptric::reflect::MirrorGBuffer;
 use catoptric::reflect::sscr::heat::require_search;
 use catoptric::renderer::{BackendChoice, Machine, Products, Resident};
-use catoptric::scene::{PointCache, Scene};
+use catoptric::scene::PointCache;
 use catoptric::settings::Settings;
 use catoptric::{Error, Job};
-use glam::{DVec3, UVec2};
+use glam::DVec3;
 
 use super::buffers::Buffer;
 use super::comparison::Comparison;
-use super::letters::{Event, Export, Layer, Opened, Opening, Request, Save, Shown, Task};
+use super::letters::{Event, Export, Layer, Opened, Pick, Request, Shown, Task};
 use super::pace::Detail;
 use super::pick;
 use super::take::Filming;
 
 /// The scene that is open, on its backend.
 pub(super) struct Studio {
-    choice: BackendChoice,
+    pub(super) choice: BackendChoice,
     /// Opened when it is first needed, and again where it was lost.
-    machine: Option<Machine>,
-    points: PointCache,
+    pub(super) machine: Option<Machine>,
+    pub(super) points: PointCache,
     pub(super) opened: Option<Opened>,
-    full: Option<Resident>,
+    pub(super) full: Option<Resident>,
     /// The first points, of the last detail that was not full.
-    part: Option<(Detail, Resident)>,
-    last: Option<Shown>,
+    pub(super) part: Option<(Detail, Resident)>,
+    pub(super) last: Option<Shown>,
     /// Those of the last whole frame: they stay the same while the camera moves.
-    lights: Option<Arc<VirtualLights>>,
+    pub(super) lights: Option<Arc<VirtualLights>>,
     /// Pictures of a path that are being written.
     pub(super) film: Option<Filming>,
 }
@@ -63,7 +63,11 @@ impl Studio {
             Task::Open(opening) => self.open(opening, job),
             Task::Export(export) => self.export(&export, job),
             Task::Save(save) => self.save(save),
-            Task::Pick(pixel) => self.pick(pixel),
+            Task::Pick(pick) => {
+                let Pick { shown, pixel } = *pick;
+                let found = pick::region(&shown.products, shown.origin, pixel, shown.spacing);
+                Ok(Event::Picked(found))
+            }
             Task::Film(take) => Ok(self.begin_film(take)),
             Task::Picture => self.picture(job),
             Task::EndFilm => Ok(self.end_film(None)),
@@ -73,6 +77,8 @@ impl Studio {
                 (self.frame(request, job)).map(|shown| Event::Second(Box::new(shown)))
             }
             Task::Compare(frames) => self.compare(&frames),
+            #[cfg(test)]
+            Task::Lose => self.lose_device(),
         };
         if matches!(done, Err(Error::Gpu(_))) {
             (self.machine, self.full, self.part) = (None, None, None);
@@ -83,76 +89,11 @@ impl Studio {
         }
     }
 
-    fn open(&mut self, opening: Opening, job: &Job) -> Result<Event, Error> {
-        let (base, scene) = match (&opening.edited, &self.opened) {
-            (Some(edited), Some(opened)) => (opened.base.clone(), (**edited).clone()),
-            _ => {
-                let scene = Scene::open(&opening.path, &opening.overrides)?;
-                (scene.clone(), scene)
-            }
-        };
-        let again = |opened: &Opened| opened.opening.path == opening.path;
-        if !self.opened.as_ref().is_some_and(again) {
-            self.points = PointCache::for_editing();
-        }
-        let loaded = Arc::new(scene.load_with(&mut self.points, job)?);
-        // The old points go before the new ones are brought to the device; where these cannot be, the old come back.
-        (self.full, self.part) = (None, None);
-        let machine = open(&mut self.machine, &self.choice)?;
-        self.full = Some(machine.bring(&loaded.surfels)?);
-        let opened = Opened {
-            opening: Opening {
-                edited: None,
-                ..opening
-            },
-            base,
-            scene,
-            loaded,
-            backend: machine.backend(),
-            adapter: machine.adapter(),
-        };
-        // What was chosen once is not looked for again.
-        self.choice = match &opened.adapter {
-            Some(adapter) => BackendChoice::Gpu(Some(adapter.clone())),
-            None => BackendChoice::Cpu,
-        };
-        (self.last, self.lights) = (None, None);
-        self.opened = Some(opened.clone());
-        Ok(Event::Opened(Box::new(opened)))
-    }
-
-    /// Writes the scene; from now on it is the one of that file.
-    fn save(&mut self, save: Save) -> Result<Event, Error> {
-        let opened = self.opened.as_mut().ok_or(Error::Cancelled)?;
-        let Save {
-            scene,
-            path,
-            replaces,
-        } = save;
-        if !replaces && path.exists() {
-            return Err(Error::Setting(format!(
-                "{} is there already; choose another name, or replace it",
-                path.display()
-            )));
-        }
-        let read = scene.save(&path)?;
-        opened.opening = Opening {
-            path,
-            overrides: Vec::new(),
-            given: Vec::new(),
-            edited: None,
-            ..opened.opening
-        };
-        (opened.base, opened.scene) = (read.clone(), read);
-        Ok(Event::Saved(Box::new(opened.clone())))
-    }
-
-    fn pick(&self, pixel: UVec2) -> Result<Event, Error> {
-        let open = self.opened.as_ref().zip(self.last.as_ref());
-        let (opened, shown) = open.ok_or(Error::Cancelled)?;
-        let (origin, spacing) = (opened.loaded.surfels.origin, opened.loaded.facts.spacing);
-        let found = pick::region(&shown.products, origin, pixel, spacing);
-        Ok(Event::Picked(found))
+    #[cfg(test)]
+    fn lose_device(&self) -> Result<Event, Error> {
+        let device = self.machine.as_ref().and_then(Machine::device);
+        device.ok_or(Error::Cancelled)?.raw().destroy();
+        Err(Error::Cancelled)
     }
 
     /// What is open, the machine, and as many of the points on it.
@@ -160,7 +101,7 @@ impl Studio {
         let Some(opened) = &self.opened else {
             return Err(Error::Setting("open a scene or a point cloud first".into()));
         };
-        let machine = open(&mut self.machine, &self.choice)?;
+        let machine = machine(&mut self.machine, &self.choice)?;
         let surfels = &opened.loaded.surfels;
         if detail.points(surfels.len()) == surfels.len() {
             let full = match self.full.take() {
@@ -198,6 +139,8 @@ impl Studio {
             products: Arc::new(products),
             ms: start.elapsed().as_secs_f64() * 1e3,
             request,
+            origin: opened.loaded.surfels.origin,
+            spacing: opened.loaded.facts.spacing,
         })
     }
 
@@ -274,7 +217,7 @@ impl Studio {
 }
 
 /// The machine, opened where it is not yet.
-fn open<'a>(
+pub(super) fn machine<'a>(
     machine: &'a mut Option<Machine>,
     choice: &BackendChoice,
 ) -> Result<&'a mut Machine, Error> {

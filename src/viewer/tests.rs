@@ -16,9 +16,11 @@ use super::app::Viewer;
 use super::buffers::Buffer;
 use super::pace::Detail;
 
+mod device;
 mod editing;
 mod film;
 mod lights;
+mod room;
 mod tooltips;
 
 const SCENE: &str = r#"

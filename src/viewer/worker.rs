@@ -11,7 +11,7 @@ use catoptric::renderer::BackendChoice;
 use catoptric::{Error, Job};
 
 use super::buffers::Buffer;
-use super::letters::{Event, Export, Opening, Request, Save, Shown, Task};
+use super::letters::{Event, Export, Opening, Pick, Request, Save, Shown, Task};
 use super::pace::Detail;
 use super::studio::Studio;
 use super::take::Take;
@@ -25,6 +25,8 @@ struct Mailbox {
     film: Option<Take>,
     /// Whether the pictures of a path that are under way are to end.
     ends_film: bool,
+    #[cfg(test)]
+    loses_device: bool,
     request: Option<Request>,
     paint: Option<Buffer>,
     second: Option<Request>,
@@ -92,15 +94,19 @@ impl Worker {
         })
     }
 
-    /// Opens a scene; whatever else is under way is stopped.
+    /// Opens a scene, or shows one as it was changed; whatever else is under way is stopped, but what is written of a scene
+    /// that stays.
     pub(super) fn open(&self, opening: Opening) {
         let mut mailbox = self.shared.mailbox();
         mailbox.request = None;
-        mailbox.export = None;
         mailbox.second = None;
         mailbox.ends_film = true;
+        let stays = opening.edited.is_some();
+        if !stays {
+            mailbox.export = None;
+        }
         mailbox.opening = Some(opening);
-        mailbox.stop(|_| true);
+        mailbox.stop(|running| !(stays && running == Running::Export));
         self.shared.posted.notify_one();
     }
 
@@ -179,6 +185,13 @@ impl Worker {
         mailbox.stop(|_| true);
     }
 
+    /// Takes the graphics device away before anything else is begun.
+    #[cfg(test)]
+    pub(super) fn lose_device(&self) {
+        self.shared.mailbox().loses_device = true;
+        self.shared.posted.notify_one();
+    }
+
     /// What happened since the last call.
     pub(super) fn events(&self) -> impl Iterator<Item = Event> + '_ {
         self.events.try_iter()
@@ -209,14 +222,19 @@ impl Mailbox {
         if std::mem::take(&mut self.ends_film) && films {
             return Some((Task::EndFilm, Running::Picture));
         }
-        if let Some(opening) = self.opening.take() {
-            return Some((Task::Open(opening), Running::Opening));
+        #[cfg(test)]
+        if std::mem::take(&mut self.loses_device) {
+            return Some((Task::Lose, Running::Moving));
         }
+        // What is written is of the scene as it was when that was asked for.
         if let Some(save) = self.save.take() {
             return Some((Task::Save(save), Running::Export));
         }
         if let Some(export) = self.export.take() {
             return Some((Task::Export(export), Running::Export));
+        }
+        if let Some(opening) = self.opening.take() {
+            return Some((Task::Open(opening), Running::Opening));
         }
         if let Some(request) = self.request.take() {
             let running = if request.detail == Detail::FULL {
@@ -275,12 +293,15 @@ fn work(mut studio: Studio, post: &Post, shared: &Shared) {
                 None
             }
             Task::Film(_) | Task::Picture | Task::EndFilm => None,
+            #[cfg(test)]
+            Task::Lose => None,
         };
         let done = studio.answer(task, &job);
         shared.mailbox().running = None;
         post.send(match done {
             Ok(event) => event,
             Err(Error::Cancelled) => Event::Stopped(number),
+            Err(error @ Error::Gpu(_)) => Event::Lost(number, error.to_string()),
             Err(error) => Event::Failed(number, error.to_string()),
         });
     }

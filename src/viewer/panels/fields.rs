@@ -81,13 +81,13 @@ pub(super) fn of_handle(
                     }
                     Field::Length(name, length) => {
                         ui.label(name).on_hover_text("In the clouds' unit");
-                        let value = DragValue::new(length).range(1e-9..=9e11);
+                        let value = typed(length).range(1e-9..=9e11);
                         let value = value.speed((size * SPEED).max(1e-9)).max_decimals(6);
                         hear(&ui.add(value).on_hover_text("In the clouds' unit"));
                     }
                     Field::Part(name, part) => {
                         ui.label(name).on_hover_text("Relative to the radius");
-                        let value = DragValue::new(part).range(0.0..=0.9).speed(0.005);
+                        let value = typed(part).range(0.0..=0.9).speed(0.005);
                         hear(&ui.add(value).on_hover_text("Relative to the radius"));
                     }
                 }
@@ -96,6 +96,11 @@ pub(super) fn of_handle(
         });
     // A drag that ends where it was is over all the same.
     (any || over).then(|| (sound(changed, handle), over))
+}
+
+/// A number that counts once it is typed whole.
+fn typed(value: &mut f64) -> DragValue<'_> {
+    DragValue::new(value).update_while_editing(false)
 }
 
 fn three(
@@ -110,7 +115,7 @@ fn three(
         ui.spacing_mut().interact_size.x = 44.0;
         ui.spacing_mut().item_spacing.x = 3.0;
         for value in [&mut point.x, &mut point.y, &mut point.z] {
-            let value = DragValue::new(value).range(-9e14..=9e14);
+            let value = typed(value).range(-9e14..=9e14);
             let value = value.speed(speed.max(1e-9)).max_decimals(decimals);
             hear(&ui.add(value).on_hover_text(about));
         }

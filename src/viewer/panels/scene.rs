@@ -1,6 +1,6 @@
 //! The scene as a tree: clouds, what of them is a mirror, mirrors put into it, and the clip box.
 
-use catoptric::cloud::{Bounds, ColourBy, MirrorRule, Select};
+use catoptric::cloud::{Bounds, CloudFacts, ColourBy, MirrorRule, Select};
 use catoptric::scene::{CloudSource, SceneCloud};
 use eframe::egui::{self, RichText};
 use glam::DVec3;
@@ -73,7 +73,7 @@ fn clouds(viewer: &mut Viewer, ui: &mut egui::Ui) {
                 let seen = ui.checkbox(&mut edited.visible, "");
                 seen.on_hover_text("Whether the cloud is drawn");
                 ui.label(short_name(&cloud))
-                    .on_hover_text(about(viewer, &cloud));
+                    .on_hover_text(about(viewer, index, &cloud));
             })
             .body(|ui| {
                 of_cloud(viewer, ui, index, &mut edited);
@@ -84,8 +84,8 @@ fn clouds(viewer: &mut Viewer, ui: &mut egui::Ui) {
                     .on_disabled_hover_text("A scene has at least one cloud")
                     .clicked()
                 {
-                    viewer.selected = None;
-                    viewer.edit("remove a cloud", |document| {
+                    (viewer.selected, viewer.picking) = (None, None);
+                    viewer.edit_once("remove a cloud", |document| {
                         document.clouds.remove(index);
                     });
                 }
@@ -112,12 +112,19 @@ fn short_name(cloud: &SceneCloud) -> String {
     }
 }
 
-/// What is known of a cloud.
-fn about(viewer: &Viewer, cloud: &SceneCloud) -> String {
+/// What is known of the points of a cloud, where it is drawn.
+fn facts(viewer: &Viewer, index: usize) -> Option<&CloudFacts> {
+    let opened = viewer.opened.as_ref()?;
+    let shown = opened.scene.clouds.get(index).filter(|cloud| cloud.visible);
+    let before = opened.scene.clouds.iter().take(index);
+    let place = before.filter(|cloud| cloud.visible).count();
+    shown.and_then(|_| opened.loaded.facts.clouds.get(place))
+}
+
+/// The same, for people.
+fn about(viewer: &Viewer, index: usize, cloud: &SceneCloud) -> String {
     let name = cloud.name();
-    let clouds = viewer.opened.iter().flat_map(|o| &o.loaded.facts.clouds);
-    let facts = clouds.into_iter().find(|facts| facts.name == name);
-    facts.map_or_else(
+    facts(viewer, index).map_or_else(
         || name.clone(),
         |facts| {
             let points = super::grouped(facts.points);
@@ -161,7 +168,7 @@ fn of_cloud(viewer: &mut Viewer, ui: &mut egui::Ui, index: usize, cloud: &mut Sc
         {
             viewer.picking = (!picking).then_some(index);
         }
-        classes(viewer, ui, cloud);
+        classes(viewer, ui, index, cloud);
     });
     let mut removed = None;
     for (rule, marked) in cloud.mirrors.iter_mut().enumerate() {
@@ -172,9 +179,7 @@ fn of_cloud(viewer: &mut Viewer, ui: &mut egui::Ui, index: usize, cloud: &mut Sc
             if label.clicked() {
                 viewer.selected = Some(this);
             }
-            let part = egui::DragValue::new(&mut marked.reflectance);
-            ui.add(part.range(0.0..=1.0).speed(0.01))
-                .on_hover_text("Reflectance, 0 to 1");
+            reflectance(ui, (index, rule), &mut marked.reflectance);
             if ui
                 .small_button("Remove")
                 .on_hover_text("These points are no mirror")
@@ -190,6 +195,22 @@ fn of_cloud(viewer: &mut Viewer, ui: &mut egui::Ui, index: usize, cloud: &mut Sc
     }
 }
 
+/// A number that counts once it is typed whole, or let go.
+fn reflectance(ui: &mut egui::Ui, of: (usize, usize), reflectance: &mut f32) {
+    let id = ui.scope_id().with(("reflectance", of));
+    let dragged = ui.data(|d| d.get_temp::<f32>(id));
+    let mut shown = dragged.unwrap_or(*reflectance);
+    let value = egui::DragValue::new(&mut shown).range(0.0..=1.0);
+    let response = ui.add(value.speed(0.01).update_while_editing(false));
+    if response.dragged() {
+        ui.data_mut(|d| d.insert_temp(id, shown));
+    } else if dragged.is_some() || response.changed() {
+        ui.data_mut(|d| d.remove::<f32>(id));
+        *reflectance = shown;
+    }
+    response.on_hover_text("Reflectance, 0 to 1");
+}
+
 fn colour_help(by: ColourBy) -> &'static str {
     match by {
         ColourBy::Auto => "Their own colours; without any, intensity, or else height",
@@ -201,11 +222,9 @@ fn colour_help(by: ColourBy) -> &'static str {
 }
 
 /// The classes that the cloud has; those that are chosen are mirrors.
-fn classes(viewer: &Viewer, ui: &mut egui::Ui, cloud: &mut SceneCloud) {
-    let name = cloud.name();
-    let facts = viewer.opened.iter().flat_map(|o| &o.loaded.facts.clouds);
-    let known = facts.into_iter().find(|facts| facts.name == name);
-    let known = known.map(|facts| facts.classes.clone()).unwrap_or_default();
+fn classes(viewer: &Viewer, ui: &mut egui::Ui, index: usize, cloud: &mut SceneCloud) {
+    let known = facts(viewer, index).map(|facts| facts.classes.clone());
+    let known = known.unwrap_or_default();
     let menu = ui.add_enabled_ui(!known.is_empty(), |ui| {
         ui.menu_button("Class", |ui| {
             let rule = cloud.mirrors.iter().position(is_of_classes);
@@ -253,7 +272,7 @@ fn classes(viewer: &Viewer, ui: &mut egui::Ui, cloud: &mut SceneCloud) {
     });
     menu.response
         .on_hover_text("Points of these classes")
-        .on_disabled_hover_text("The file has no classes");
+        .on_disabled_hover_text("The file has none, or the cloud is hidden");
 }
 
 fn is_of_classes(rule: &MirrorRule) -> bool {
@@ -400,8 +419,9 @@ fn within(clip: Bounds, bounds: Bounds) -> Bounds {
             if side[k].is_finite() { side[k] } else { end[k] }
         }))
     };
+    let (a, b) = (side(clip.min, bounds.min), side(clip.max, bounds.max));
     Bounds {
-        min: side(clip.min, bounds.min),
-        max: side(clip.max, bounds.max),
+        min: a.min(b),
+        max: a.max(b),
     }
 }

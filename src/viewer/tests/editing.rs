@@ -8,7 +8,7 @@ use super::*;
 use crate::viewer::document::Document;
 use crate::viewer::editing::{Kind, Selected};
 use crate::viewer::handles::Handle;
-use crate::viewer::letters::Export;
+use crate::viewer::letters::{Export, Pick};
 
 /// At rest, showing the document.
 fn shows_document(viewer: &Viewer) -> bool {
@@ -177,7 +177,7 @@ fn quick_edits_end_with_the_last() {
 
 #[test]
 fn a_region_that_is_clicked_on_becomes_a_mirror() {
-    let (mut window, _) = opened("region");
+    let (mut window, folder) = opened("region");
     let marked = |v: &Viewer| {
         v.opened
             .as_ref()
@@ -201,10 +201,11 @@ fn a_region_that_is_clicked_on_becomes_a_mirror() {
     });
     let wall = wall.expect("a wall");
     window.state_mut().picking = Some(0);
-    window
-        .state()
-        .worker
-        .pick(UVec2::new(wall % size.x, wall / size.x));
+    let pick = |window: &Harness<'_, Viewer>, pixel: UVec2| {
+        let shown = window.state().shown.clone().expect("a frame");
+        window.state().worker.pick(Pick { shown, pixel });
+    };
+    pick(&window, UVec2::new(wall % size.x, wall / size.x));
     until(&mut window, "the mirror", |v| {
         marked(v) > before && shows_document(v)
     });
@@ -238,9 +239,15 @@ fn a_region_that_is_clicked_on_becomes_a_mirror() {
         near > 100 && missed * 50 < near,
         "{missed} of {near} points are no mirror"
     );
+    // It is the same scene once it is saved, last bits of its normal and all.
+    let path = folder.join("region.toml");
+    window.state_mut().save_scene(path.clone(), true, false);
+    let saved = |v: &Viewer| v.opened.as_ref().is_some_and(|o| o.opening.path == path);
+    until(&mut window, "the scene's file", saved);
+    assert!(!window.state().is_edited() && !window.state().must_be_saved());
     // Where nothing is seen there is no region.
     window.state_mut().picking = Some(0);
-    window.state().worker.pick(UVec2::MAX);
+    pick(&window, UVec2::MAX);
     until(&mut window, "a sentence", |v| {
         v.messages.iter().any(|(_, m)| m.contains("no point"))
     });
@@ -290,4 +297,148 @@ fn the_tree_of_the_scene_has_letters_for_all_that_it_says() {
     until(&mut window, "no mirror", |v| {
         v.document().mirrors.is_empty()
     });
+}
+
+#[test]
+fn what_somebody_else_writes_into_the_file_is_not_lost() {
+    let (mut window, folder) = opened("outside");
+    let path = folder.join("scene.toml");
+    let write = |points: u32, mtime: u64| {
+        let text = SCENE.replace("30000", &points.to_string());
+        std::fs::write(&path, format!("{text}\n# {points}\n")).expect("a scene");
+        // Clocks of file systems may be coarse.
+        let file = std::fs::File::options()
+            .write(true)
+            .open(&path)
+            .expect("a scene");
+        let at = std::time::UNIX_EPOCH + Duration::from_secs(mtime);
+        file.set_modified(at).expect("a time");
+    };
+    write(20_000, 1_000_000);
+    window.state_mut().reload();
+    until(&mut window, "fewer points", |v| {
+        points(v) == 20_000 && shows_document(v)
+    });
+    assert!(!window.state().is_edited(), "the tree is that of the file");
+
+    // An edit on top of an old state of the file is not written over the new one.
+    write(10_000, 2_000_000);
+    window.state_mut().edit("clip box", |document| {
+        document.clip = Some(Bounds {
+            min: DVec3::splat(-9.0),
+            max: DVec3::splat(9.0),
+        });
+    });
+    until(&mut window, "the edit", shows_document);
+    window.state_mut().save_scene(path.clone(), false, true);
+    until(&mut window, "a refusal", |v| {
+        v.messages
+            .iter()
+            .any(|(failed, m)| *failed && m.contains("reload"))
+    });
+    assert!(
+        std::fs::read_to_string(&path)
+            .expect("a scene")
+            .contains("# 10000")
+    );
+    window.state_mut().reload();
+    until(&mut window, "the edit again", |v| {
+        v.loading.is_none() && shows_document(v)
+    });
+    assert!(window.state().document().clip.is_some(), "edits stay");
+    window.state_mut().messages.clear();
+    window.state_mut().save_scene(path.clone(), false, true);
+    until(&mut window, "the file", |v| {
+        v.messages.iter().any(|(_, m)| m.contains("wrote"))
+    });
+    let text = std::fs::read_to_string(&path).expect("a scene");
+    assert!(
+        text.contains("# 10000") && text.contains("[clip]"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_setting_that_changes_while_another_file_opens_does_not_stop_it() {
+    let (mut window, folder) = opened("other");
+    let other = folder.join("other.toml");
+    std::fs::write(&other, SCENE.replace("30000", "40000")).expect("a scene");
+    window.state_mut().open(other.clone());
+    let settings = window
+        .state()
+        .settings()
+        .with("splat.size", toml::Value::Float(2.0));
+    window
+        .state_mut()
+        .change(settings.expect("a size"), "splat.size");
+    let opened = |v: &Viewer| v.opened.as_ref().is_some_and(|o| o.opening.path == other);
+    until(&mut window, "the other file", opened);
+    until(&mut window, "its picture", shows_document);
+    assert_eq!(points(window.state()), 40_000);
+}
+
+#[test]
+fn a_scene_that_is_saved_before_an_edit_is_loaded_is_the_one_that_was_saved() {
+    let (mut window, folder) = opened("order");
+    let path = folder.join("before.toml");
+    let state = window.state_mut();
+    state.insert(Kind::Sphere);
+    state.save_scene(path.clone(), false, false);
+    state.edit_once("clip", |document| {
+        document.clip = Some(Bounds {
+            min: DVec3::splat(-0.5),
+            max: DVec3::splat(9.0),
+        });
+    });
+    let saved = |v: &Viewer| v.opened.as_ref().is_some_and(|o| o.opening.path == path);
+    until(&mut window, "both", |v| saved(v) && shows_document(v));
+    let written = Scene::open(&path, &[]).expect("a scene");
+    assert_eq!((written.mirrors.len(), written.clip), (1, None));
+    assert!(window.state().is_edited(), "the clip box came later");
+    window.state_mut().undo();
+    until(&mut window, "what was saved", shows_document);
+    assert!(!window.state().is_edited());
+    window.state_mut().undo();
+    until(&mut window, "no mirror", shows_document);
+    let loaded = &window.state().opened.as_ref().expect("a scene").loaded;
+    assert_eq!(loaded.facts.points, 30_000, "what is shown follows");
+}
+
+#[test]
+fn a_comparison_is_made_anew_when_points_change() {
+    let (mut window, _) = opened("compared");
+    let settings = window.state().settings().clone();
+    window.state_mut().compare_with("the same", settings);
+    let compared = |v: &Viewer| v.second.as_ref().is_some_and(|s| s.texture.is_some());
+    until(&mut window, "the comparison", compared);
+    window.state_mut().edit_once("colour", |document| {
+        document.clouds[0].colour = ColourBy::Height;
+    });
+    until(&mut window, "the colours", shows_document);
+    until(&mut window, "the comparison again", compared);
+    let viewer = window.state();
+    let pair = (
+        viewer.shown.as_ref(),
+        viewer.second.as_ref().and_then(|s| s.shown.as_ref()),
+    );
+    let (Some(shown), Some(second)) = pair else {
+        panic!("two frames");
+    };
+    let same = shown.products.gbuffer.albedo == second.products.gbuffer.albedo;
+    assert!(same, "both are of the same points");
+}
+
+#[test]
+fn what_was_given_up_does_not_come_back_by_undo() {
+    let (mut window, _) = opened("given-up");
+    let before = window.state().document().clone();
+    let state = window.state_mut();
+    for kind in [Kind::Sphere, Kind::Torus, Kind::Plane] {
+        state.insert(kind);
+    }
+    state.cancel();
+    until(&mut window, "the scene as it was", shows_document);
+    let viewer = window.state();
+    assert_eq!(viewer.document(), &before);
+    assert!(!viewer.history.can_undo() && !viewer.history.can_redo());
 }

@@ -50,8 +50,9 @@ fn controls<S>(window: &Harness<'_, S>) -> Vec<(Name, Rect)> {
             label: known.label().or(known.value()).unwrap_or_default(),
             disabled: known.is_disabled(),
         };
-        // The cross of a window is egui's; a button that is not seen keeps its place.
-        let none = name.label == "Close window" || (name.label == "reset" && name.disabled);
+        // The frame of a window is egui's; a button that is not seen keeps its place.
+        let of_frame = ["Close window", "Hide", "Show"].contains(&name.label.as_str());
+        let none = of_frame || (name.label == "reset" && name.disabled);
         if is_control(known.role()) && !none {
             all.push((name, node.rect()));
         }
