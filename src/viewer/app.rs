@@ -1,13 +1,12 @@
 //! The window's state, and what happens to it: events of the worker in, views to render out.
 
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use catoptric::Progress;
 use catoptric::camera::Camera;
-use catoptric::settings::Settings;
 use catoptric::timing::PassTime;
 use eframe::egui;
 use glam::{DVec3, UVec2};
@@ -19,8 +18,8 @@ use super::editing::Selected;
 use super::film::Film;
 use super::gizmo::Gizmo;
 use super::handles::Handle;
-use super::history::{self, History};
-use super::letters::{Export, Opened, Opening, Request, Save, Shown};
+use super::history::History;
+use super::letters::{Export, Opened, Opening, Request, Shown};
 use super::navigation::Navigator;
 use super::pace::{Detail, Pace};
 use super::path::is_path_file;
