@@ -1,5 +1,6 @@
 //! What stands around the picture.
 
+mod clouds;
 mod compare;
 mod export;
 mod fields;
