@@ -1,15 +1,18 @@
 //! The viewer: the real program in a window of a display that nobody sees.
 
-use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::process::Command;
+use std::time::Duration;
 
 use image::RgbImage;
 use libtest_mimic::Trial;
 
-use crate::support::{claim, gpu_is_missing};
+use screen::Window;
+
+use crate::support::{claim, folder, gpu_is_missing};
+
+mod screen;
+mod stored;
 
 /// Programs that drive a window.
 const TOOLS: [&str; 3] = ["Xvfb", "xdotool", "import"];
@@ -20,16 +23,33 @@ pub(crate) fn tests() -> Vec<Trial> {
         std::env::split_paths(&path).any(|folder| folder.join(tool).is_file())
     };
     let missing = !TOOLS.into_iter().all(on_path) || gpu_is_missing();
-    let driven = [
-        claim(
+    let no_scans = folder("CATOPTRIC_SCANS").is_none();
+    let driven: [(&str, fn(), bool); 5] = [
+        (
             "window::a_scene_is_shown_and_turned",
             a_scene_is_shown_and_turned,
+            false,
         ),
-        claim("window::at_rest_it_costs_nothing", at_rest_it_costs_nothing),
+        ("window::a_scan_is_shown", a_scan_is_shown, no_scans),
+        (
+            "window::it_survives_what_happens_to_it",
+            it_survives_what_happens_to_it,
+            false,
+        ),
+        (
+            "window::reloading_does_not_grow",
+            reloading_does_not_grow,
+            false,
+        ),
+        (
+            "window::at_rest_it_costs_nothing",
+            at_rest_it_costs_nothing,
+            false,
+        ),
     ];
     let mut trials: Vec<Trial> = driven
         .into_iter()
-        .map(|trial| trial.with_ignored_flag(missing))
+        .map(|(name, check, lacks)| claim(name, check).with_ignored_flag(missing || lacks))
         .collect();
     if cfg!(target_os = "linux") {
         trials.push(claim(
@@ -43,138 +63,18 @@ pub(crate) fn tests() -> Vec<Trial> {
 /// Colours that a picture of a scene has, at least.
 const PICTURE: usize = 500;
 
-/// A display with the program in it; both end with this.
-struct Window {
-    _alone: MutexGuard<'static, ()>,
-    server: Child,
-    program: Child,
-    display: String,
-    folder: tempfile::TempDir,
-}
+const WHOLE: [u32; 2] = [1280, 800];
 
-impl Window {
-    fn open(points: usize) -> Self {
-        // Two servers that start together may take the same number.
-        static ONE: Mutex<()> = Mutex::new(());
-        let alone = ONE.lock().unwrap_or_else(PoisonError::into_inner);
-        let folder = tempfile::tempdir().expect("a folder");
-        let scene = folder.path().join("scene.toml");
-        let text = format!(
-            "format = 1\n[[cloud]]\ngenerate = \"sphere\"\npoints = {points}\n[[light]]\nkind = \"spot\"\n\
-             position = [0.95, 0.6, 0]\ntarget = [-1, -0.6, 0]\nintensity = [9, 9, 9]\n[camera]\nposition = [0, 0, 0.9]\n\
-             target = [0, 0, -1]\n[settings.gi]\nvpl_count = 0\n"
-        );
-        std::fs::write(&scene, text).expect("a scene");
-        let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x800x24"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("Xvfb");
-        let mut number = String::new();
-        let output = server.stdout.take().expect("its output");
-        BufReader::new(output)
-            .read_line(&mut number)
-            .expect("a number");
-        let display = format!(":{}", number.trim());
-        let program = Command::new(env!("CARGO_BIN_EXE_catoptric"))
-            .args(["view", "--backend", "cpu"])
-            .arg(&scene)
-            .env("DISPLAY", &display)
-            .env_remove("WAYLAND_DISPLAY")
-            .env("XDG_RUNTIME_DIR", folder.path())
-            .env("XDG_DATA_HOME", folder.path())
-            .spawn()
-            .expect("the program");
-        let mut window = Self {
-            _alone: alone,
-            server,
-            program,
-            display,
-            folder,
-        };
-        window.drive("search --sync --name catoptric windowfocus");
-        window.wait_for_rest(PICTURE);
-        window
-    }
-
-    fn drive(&self, what: &str) {
-        let done = Command::new("xdotool")
-            .args(what.split(' '))
-            .env("DISPLAY", &self.display)
-            .output()
-            .expect("xdotool");
-        assert!(done.status.success(), "xdotool {what}: {done:?}");
-        std::thread::sleep(Duration::from_millis(150));
-    }
-
-    fn look(&self) -> RgbImage {
-        let path: PathBuf = self.folder.path().join("screen.png");
-        let done = Command::new("import")
-            .args(["-window", "root"])
-            .arg(&path)
-            .env("DISPLAY", &self.display)
-            .status()
-            .expect("import");
-        assert!(done.success(), "a picture of the screen");
-        image::open(path).expect("a picture").into_rgb8()
-    }
-
-    /// Waits until three looks one after the other are the same, and show as many colours.
-    fn wait_for_rest(&mut self, least_colours: usize) -> RgbImage {
-        let start = Instant::now();
-        let (mut before, mut same) = (self.look(), 0);
-        loop {
-            assert!(
-                start.elapsed() < Duration::from_secs(120),
-                "it does not come to rest"
-            );
-            let ended = self.program.try_wait().expect("its state");
-            assert!(ended.is_none(), "it ended: {ended:?}");
-            std::thread::sleep(Duration::from_millis(600));
-            let now = self.look();
-            same = if now == before { same + 1 } else { 0 };
-            if same >= 2 && colours(&now) >= least_colours {
-                return now;
-            }
-            before = now;
-        }
-    }
-
-    /// Time of all cores so far, clock ticks.
-    fn ticks(&self) -> u64 {
-        let stat = Path::new("/proc")
-            .join(self.program.id().to_string())
-            .join("stat");
-        let text = std::fs::read_to_string(stat).expect("its times");
-        let fields: Vec<&str> = text
-            .rsplit(") ")
-            .next()
-            .expect("fields")
-            .split(' ')
-            .collect();
-        [11, 12]
-            .map(|k| fields[k].parse::<u64>().expect("ticks"))
-            .iter()
-            .sum()
-    }
-}
-
-impl Drop for Window {
-    fn drop(&mut self) {
-        for child in [&mut self.program, &mut self.server] {
-            // It may have ended by itself.
-            let _ = child.kill();
-            let _ = child.wait();
-        }
-    }
-}
-
-/// How many colours the middle of the screen has.
-fn colours(screen: &RgbImage) -> usize {
-    let middle = image::imageops::crop_imm(screen, 480, 200, 320, 400).to_image();
-    let all: std::collections::BTreeSet<[u8; 3]> = middle.pixels().map(|p| p.0).collect();
-    all.len()
+/// A ball that reflects its room.
+fn sphere(folder: &Path, points: usize) -> PathBuf {
+    let scene = folder.join("scene.toml");
+    let text = format!(
+        "format = 1\n[[cloud]]\ngenerate = \"sphere\"\npoints = {points}\n[[light]]\nkind = \"point\"\n\
+         position = [0.5, 0.6, 0.4]\nintensity = [4, 4, 4]\n[camera]\nposition = [0, 0, 0.9]\n\
+         target = [0, 0, -1]\n[settings.gi]\nvpl_count = 0\n"
+    );
+    std::fs::write(&scene, text).expect("a scene");
+    scene
 }
 
 /// Share of the pixels that differ.
@@ -184,9 +84,26 @@ fn differ(a: &RgbImage, b: &RgbImage) -> f64 {
 }
 
 fn a_scene_is_shown_and_turned() {
-    let mut window = Window::open(200_000);
+    let mut window = Window::open(|folder| sphere(folder, 100_000));
     window.drive("mousemove 640 420");
     let still = window.wait_for_rest(PICTURE);
+    stored::demand("sphere", &still, WHOLE);
+
+    // Another layer, below the first in the box of layers, is another picture than the stored one.
+    window.click(1100, 62);
+    window.wait_until_idle();
+    window.click(1055, 111);
+    window.drive("mousemove 640 420");
+    let layer = window.wait_for_rest(0);
+    let share = stored::from_stored("sphere", &layer, WHOLE);
+    assert!(share > 3.0 * stored::TOLERANCE, "{share} of the layer");
+    stored::demand("layer", &layer, WHOLE);
+    window.click(1100, 62);
+    window.wait_until_idle();
+    window.click(1055, 88);
+    window.drive("mousemove 640 420");
+    let still = window.wait_for_rest(PICTURE);
+    stored::demand("sphere", &still, WHOLE);
 
     // Help comes and goes, and leaves the picture as it was.
     window.drive("key F1");
@@ -194,28 +111,86 @@ fn a_scene_is_shown_and_turned() {
     assert!(differ(&still, &help) > 0.05, "F1 shows something");
     window.drive("key F1");
     let again = window.wait_for_rest(PICTURE);
-    assert!(
-        differ(&still, &again) < 1e-3,
-        "{} of it is another",
-        differ(&still, &again)
-    );
+    let share = differ(&still, &again);
+    assert!(share < 1e-3, "{share} of it is another");
 
-    // A drag turns the camera.
-    window.drive("mousedown 1");
-    for _ in 0..5 {
-        window.drive("mousemove_relative 12 4");
-    }
-    window.drive("mouseup 1");
+    // A drag turns the camera: that is another one, too.
+    window.drag(640, 420);
     let turned = window.wait_for_rest(PICTURE);
-    assert!(
-        differ(&still, &turned) > 0.05,
-        "only {} is another",
-        differ(&still, &turned)
-    );
+    let share = differ(&still, &turned);
+    assert!(share > 0.05, "only {share} is another");
+    let share = stored::from_stored("sphere", &turned, WHOLE);
+    assert!(share > 3.0 * stored::TOLERANCE, "{share} of the turned one");
+}
+
+fn a_scan_is_shown() {
+    let scans = folder("CATOPTRIC_SCANS").expect("the folder of scans");
+    let scan = scans.join("autzen_trim_110k_8bitrgb.laz");
+    let mut window = Window::open(|_| scan);
+    window.drive("mousemove 640 420");
+    let still = window.wait_for_rest(PICTURE);
+    stored::demand("scan", &still, WHOLE);
+    window.drag(640, 420);
+    let turned = window.wait_for_rest(PICTURE);
+    let share = stored::from_stored("scan", &turned, WHOLE);
+    assert!(share > 3.0 * stored::TOLERANCE, "{share} of the turned one");
+}
+
+fn it_survives_what_happens_to_it() {
+    let mut window = Window::open(|folder| sphere(folder, 50_000));
+    window.drive("mousemove 640 420");
+    let before = window.wait_for_rest(PICTURE);
+
+    // Put away, and back again.
+    window.handle("windowunmap");
+    window.wait_until_idle();
+    window.handle("windowmap windowfocus");
+    window.drive("mousemove 640 421");
+    let again = window.wait_for_rest(PICTURE);
+    let share = stored::apart(&before, &again, WHOLE);
+    let alike = stored::TOLERANCE;
+    assert!(share < alike, "{share} is another after it was away");
+
+    // As small as it may be, small, and as large as it was.
+    window.resize(640, 420);
+    window.wait_for_rest(0);
+    window.resize(1024, 700);
+    let small = window.wait_for_rest(PICTURE);
+    stored::demand("small", &small, [1024, 700]);
+    window.resize(1280, 800);
+    let again = window.wait_for_rest(PICTURE);
+    let share = stored::apart(&before, &again, WHOLE);
+    assert!(share < alike, "{share} is another in its old size");
+
+    // Its file is gone: that is said, and what was read stays.
+    std::fs::remove_file(window.folder.path().join("scene.toml")).expect("the scene");
+    window.drive("key ctrl+r");
+    let said = window.wait_for_rest(PICTURE);
+    let share = differ(&again, &said);
+    assert!((0.005..0.3).contains(&share), "{share} is a message");
+    window.drag(640, 300);
+    let turned = window.wait_for_rest(PICTURE);
+    assert!(differ(&said, &turned) > 0.05, "the camera still turns");
+}
+
+fn reloading_does_not_grow() {
+    let mut window = Window::open(|folder| sphere(folder, 30_000));
+    window.resize(640, 420);
+    window.wait_for_rest(0);
+    let mut memory = Vec::new();
+    for _ in 0..30 {
+        window.drive("key ctrl+r");
+        window.wait_until_idle();
+        memory.push(window.memory());
+    }
+    println!("kB after each reload: {memory:?}");
+    let (fifth, last) = (memory[4], memory[29]);
+    assert!(last * 10 < fifth * 11, "{fifth} kB, then {last} kB");
 }
 
 fn at_rest_it_costs_nothing() {
-    let window = Window::open(50_000);
+    let mut window = Window::open(|folder| sphere(folder, 50_000));
+    window.wait_for_rest(PICTURE);
     std::thread::sleep(Duration::from_secs(1));
     let before = window.ticks();
     std::thread::sleep(Duration::from_secs(3));
