@@ -12,7 +12,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
     let mut buffer = viewer.buffer;
     egui::ComboBox::from_id_salt("layer")
         .width(ui.available_width() - 16.0)
-        .height(400.0)
+        .height(600.0)
         .selected_text(buffer.name())
         .show_ui(ui, |ui| {
             for each in Buffer::ALL {

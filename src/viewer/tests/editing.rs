@@ -106,7 +106,8 @@ fn a_mirror_is_inserted_moved_taken_back_and_saved() {
     let without = rendered(&folder.join("scene.toml"), &[], &folder.join("without.png"));
     assert!(exported != without, "the mirror is seen");
 
-    // A second time it is there already, and stays as it is unless it may be replaced.
+    // Another file that is there already stays as it is unless it may be replaced.
+    let path = folder.join("scene.toml");
     window.state_mut().messages.clear();
     window.state_mut().save_scene(path.clone(), true, false);
     until(&mut window, "a refusal", |v| {

@@ -34,7 +34,8 @@ fn cut_off<S>(window: &Harness<'_, S>) -> Vec<String> {
     edges.sort_by(f32::total_cmp);
     let windows: Vec<Rect> = nodes
         .iter()
-        .filter(|(role, ..)| *role == Role::Window && whole.width() > 0.0)
+        // The window itself is none that lies above its panels.
+        .filter(|(role, _, rect)| *role == Role::Window && !rect.expand(2.0).contains_rect(whole))
         .map(|(_, _, rect)| *rect)
         .collect();
     let mut found = Vec::new();
@@ -51,9 +52,7 @@ fn cut_off<S>(window: &Harness<'_, S>) -> Vec<String> {
                 | Role::SpinButton
                 | Role::TextInput
         );
-        let above = windows
-            .iter()
-            .any(|w| w.contains(rect.center()) && *w != whole);
+        let above = windows.iter().any(|w| w.contains(rect.center()));
         let x = rect.center().x;
         let room = match edges[..] {
             [left, _] if !above && x < left => whole.min.x..=left + 1.0,
