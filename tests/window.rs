@@ -91,17 +91,19 @@ fn a_scene_is_shown_and_turned() {
 
     // Another layer, below the first in the box of layers, is another picture than the stored one.
     window.click(1100, 62);
-    window.wait_until_idle();
+    window.wait_for("the box of layers", |now| differ(&still, now) > 0.02);
     window.click(1055, 111);
     window.drive("mousemove 640 420");
+    window.wait_for("the layer", |now| differ(&still, now) > 0.2);
     let layer = window.wait_for_rest(0);
     let share = stored::from_stored("sphere", &layer, WHOLE);
     assert!(share > 3.0 * stored::TOLERANCE, "{share} of the layer");
     stored::demand("layer", &layer, WHOLE);
     window.click(1100, 62);
-    window.wait_until_idle();
+    window.wait_for("the box of layers", |now| differ(&layer, now) > 0.02);
     window.click(1055, 88);
     window.drive("mousemove 640 420");
+    window.wait_for("the picture", |now| differ(&layer, now) > 0.2);
     let still = window.wait_for_rest(PICTURE);
     stored::demand("sphere", &still, WHOLE);
 

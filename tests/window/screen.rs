@@ -138,6 +138,15 @@ impl Window {
         }
     }
 
+    /// Waits until the screen is as it is to be: where others work, what is asked for takes its time.
+    pub(super) fn wait_for(&mut self, what: &str, holds: impl Fn(&RgbImage) -> bool) {
+        let start = Instant::now();
+        while !holds(&self.look()) {
+            let waited = start.elapsed();
+            assert!(waited < Duration::from_secs(60), "{what} does not come");
+        }
+    }
+
     fn told(&self, file: &str) -> String {
         let path = Path::new("/proc").join(self.program.id().to_string());
         std::fs::read_to_string(path.join(file)).expect("what the system tells of it")
