@@ -14,7 +14,7 @@ use super::probe::{global, vector};
 const DARKENED: f32 = 0.4;
 
 /// Radius of the disc of the light of most flux, part of the picture's height; its area goes with the flux.
-const LARGEST: f32 = 0.011;
+const LARGEST: f32 = 0.007;
 
 /// The least radius, pixels.
 const SMALLEST: f32 = 2.0;
@@ -165,7 +165,7 @@ pub(super) fn about(
         0 => "the environment".to_owned(),
         bounce => bounce.to_string(),
     };
-    let watts = |v: f32| format!("{v:.3e}");
+    let watts = |v: f32| format!("{v:.2e}");
     let [r, g, b] = vpl.flux.to_array().map(watts);
     vec![
         ("light", format!("{} of {}", number + 1, told.lights.len())),

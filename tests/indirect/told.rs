@@ -76,12 +76,18 @@ fn of_bounce(told: &VirtualLights, bounce: u32) -> Vec<VirtualLight> {
     lights.copied().collect()
 }
 
-/// Texels by how they compare with paper: in the unit ball, a light sees along its normal 2, and at an angle its cosine's part.
+/// Texels by how they compare with paper.
 #[derive(Debug, Default)]
 struct Texels {
     right: usize,
     wrong: usize,
     empty: usize,
+}
+
+/// How far the unit ball is from a place in it.
+fn to_the_ball(from: Vec3, towards: Vec3) -> f32 {
+    let along = from.dot(towards);
+    (along * along + 1.0 - from.length_squared()).sqrt() - along
 }
 
 fn compare(told: &VirtualLights, maps: &ShadowMaps) -> Texels {
@@ -92,16 +98,16 @@ fn compare(told: &VirtualLights, maps: &ShadowMaps) -> Texels {
         let map = maps.map(index).expect("a map");
         for (i, &distance) in map.iter().enumerate() {
             let (column, row) = ((i % side) as u32, (i / side) as u32);
-            let towards = light.shown_at(column, row, side as u32, 1.0) - light.vpl.position;
-            let cosine = towards.dot(light.vpl.normal);
+            let from = light.vpl.position;
+            let towards = light.shown_at(column, row, side as u32, 1.0) - from;
             // Flatter ones fall on discs that stand out from the ball.
-            if cosine < 0.3 {
+            if towards.dot(light.vpl.normal) < 0.3 {
                 continue;
             }
-            let at = light.shown_at(column, row, side as u32, distance);
+            let paper = to_the_ball(from, towards);
             if distance.is_infinite() {
                 texels.empty += 1;
-            } else if (distance - 2.0 * cosine).abs() < 0.02 && (at.length() - 1.0).abs() < 0.02 {
+            } else if (distance - paper).abs() < 0.03 {
                 texels.right += 1;
             } else {
                 texels.wrong += 1;
