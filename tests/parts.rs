@@ -17,7 +17,7 @@ pub(crate) fn tests() -> Vec<Trial> {
             agree(&BackendChoice::Cpu);
         }),
         claim("parts::on_a_device_too", || {
-            agree(&BackendChoice::Gpu(None))
+            agree(&BackendChoice::Gpu(None));
         })
         .with_ignored_flag(gpu_is_missing()),
     ]

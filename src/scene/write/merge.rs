@@ -89,7 +89,7 @@ fn update(there: &mut dyn TableLike, was: &Table, is: &Table) {
 fn list(document: &mut DocumentMut, key: &str, was: &[Table], is: &[Table], orphans: &mut String) {
     let texts = |tables: &[Table]| -> Vec<String> { tables.iter().map(Table::to_string).collect() };
     let (old_texts, new_texts) = (texts(was), texts(is));
-    if old_texts == new_texts && document.contains_key(key) == !is.is_empty() {
+    if old_texts == new_texts && document.contains_key(key) != is.is_empty() {
         return;
     }
     let there: Vec<Table> = match document.remove(key) {

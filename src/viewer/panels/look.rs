@@ -15,6 +15,8 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut egui::Ui) {
         .height(600.0)
         .selected_text(buffer.name())
         .show_ui(ui, |ui| {
+            // All of them are seen at once.
+            ui.spacing_mut().item_spacing.y = 0.0;
             for each in Buffer::ALL {
                 ui.selectable_value(&mut buffer, each, each.name())
                     .on_hover_text(each.about());
