@@ -50,7 +50,6 @@ impl Studio {
 
     /// The number of the opening that brought the file, what is opened, when it was written, and the scene as it was and as
     /// it is to be.
-    #[expect(clippy::type_complexity, reason = "taken apart at once")]
     fn what_to_show(
         &self,
         opening: Opening,
