@@ -30,8 +30,8 @@ fn cut_off<S>(window: &Harness<'_, S>) -> Vec<String> {
     let edges = nodes
         .iter()
         .filter(|(role, name, _)| *role == Role::Splitter && name == "Resize panel");
-    let mut edges: Vec<f32> = edges.map(|(_, _, rect)| rect.center().x).collect();
-    edges.sort_by(f32::total_cmp);
+    let mut edges: Vec<Rect> = edges.map(|(_, _, rect)| *rect).collect();
+    edges.sort_by(|a, b| a.min.x.total_cmp(&b.min.x));
     let windows: Vec<Rect> = nodes
         .iter()
         // The window itself is none that lies above its panels.
@@ -53,10 +53,15 @@ fn cut_off<S>(window: &Harness<'_, S>) -> Vec<String> {
                 | Role::TextInput
         );
         let above = windows.iter().any(|w| w.contains(rect.center()));
-        let x = rect.center().x;
+        // Beside the panels' edges it belongs to where it begins on the left, and ends on the right.
+        let beside = |edge: &Rect| !above && edge.y_range().contains(rect.center().y);
         let room = match edges[..] {
-            [left, _] if !above && x < left => whole.min.x..=left + 1.0,
-            [_, right] if !above && x > right => right - 1.0..=whole.max.x,
+            [left, _] if beside(&left) && rect.min.x < left.center().x => {
+                whole.min.x..=left.center().x + 1.0
+            }
+            [_, right] if beside(&right) && rect.max.x > right.center().x => {
+                right.center().x - 1.0..=whole.max.x
+            }
             _ => whole.min.x..=whole.max.x,
         };
         let beyond = !(room.contains(&rect.min.x) && room.contains(&rect.max.x));
