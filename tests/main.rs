@@ -55,6 +55,7 @@ mod truth;
 mod twins;
 #[cfg(feature = "viewer")]
 mod window;
+mod written;
 
 use libtest_mimic::Arguments;
 
@@ -95,6 +96,7 @@ fn main() {
         trends::tests(),
         truth::tests(),
         twins::tests(),
+        written::tests(),
         #[cfg(feature = "viewer")]
         window::tests(),
     ]

@@ -83,6 +83,8 @@ pub(super) struct Viewer {
     pub(super) loading: Option<PathBuf>,
     /// What an edit that is loading shows; `None` where a file is read.
     pub(super) loading_points: Option<Document>,
+    /// Whether the scene's file is read for what is loading.
+    pub(super) loading_reads: bool,
     /// The number of the last opening.
     pub(super) opening: u64,
     pub(super) messages: Vec<(bool, String)>,
@@ -146,6 +148,7 @@ impl Viewer {
             progress: None,
             loading: None,
             loading_points: None,
+            loading_reads: false,
             opening: 0,
             messages: Vec::new(),
             panels: super::panels::Panels::load(storage),
@@ -185,6 +188,7 @@ impl Viewer {
     /// What is open stays until the new scene is there.
     pub(super) fn begin_opening(&mut self, opening: Opening) {
         self.number += 1;
+        self.loading_reads = opening.edited.as_ref().is_none_or(|e| e.reads);
         self.loading_points = opening
             .edited
             .as_ref()

@@ -54,7 +54,10 @@ impl Viewer {
     fn follow_history(&mut self) {
         let same = match (&self.loading, &self.loading_points) {
             // Another file is on its way: it brings a document of its own.
-            (Some(_), None) => true,
+            (Some(path), None) if self.opened.as_ref().is_none_or(|o| o.opening.path != *path) => {
+                true
+            }
+            (Some(_), None) => self.shows_document(),
             (Some(_), Some(loading)) => loading.has_points_of(self.history.now()),
             (None, _) => self.shows_document(),
         };
@@ -73,6 +76,8 @@ impl Viewer {
 
     /// Loads the document; where `reads`, what its file says besides is read anew.
     pub(super) fn show_edits(&mut self, reads: bool) {
+        // A reading that was under way is not forgotten.
+        let reads = reads || (self.loading.is_some() && self.loading_reads);
         if let Some(opened) = &self.opened {
             let edited = Edited {
                 document: Box::new(self.history.now().clone()),

@@ -443,3 +443,52 @@ fn what_was_given_up_does_not_come_back_by_undo() {
     assert_eq!(viewer.document(), &before);
     assert!(!viewer.history.can_undo() && !viewer.history.can_redo());
 }
+
+#[test]
+fn an_edit_while_the_file_is_read_anew_is_kept() {
+    let (mut window, folder) = opened("reload-edit");
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, SCENE.replace("30000", "20000")).expect("a scene");
+    let state = window.state_mut();
+    state.reload();
+    state.insert(Kind::Sphere);
+    until(&mut window, "both", shows_document);
+    let viewer = window.state();
+    assert_eq!(viewer.document().mirrors.len(), 1);
+    let base = &viewer.opened.as_ref().expect("a scene").base;
+    let text = format!("{:?}", base.clouds[0].source);
+    assert!(text.contains("20000"), "the file was read: {text}");
+}
+
+#[test]
+fn mirrors_of_points_without_normals_look_the_same_without_a_window() {
+    let folder = folder("turned");
+    let mut ply = "ply\nformat ascii 1.0\nelement vertex 1600\nproperty float x\nproperty float y\nproperty float z\nend_header\n".to_owned();
+    for i in 0..1600 {
+        // A mirror, and a wall in front of it.
+        let z = if i < 800 { 0.0 } else { 1.5 };
+        let (x, y) = (f64::from(i % 40) * 0.05, f64::from(i / 40 % 20) * 0.1);
+        ply += &format!("{x} {y} {z}\n");
+    }
+    std::fs::write(folder.join("flat.ply"), ply).expect("a cloud");
+    let path = folder.join("flat.toml");
+    let text = "format = 1\n[[cloud]]\npath = \"flat.ply\"\n[[cloud.mirror]]\nbox = { min = [-1, -1, -0.1], max = [9, 9, 0.1] }\n\
+                [camera]\nposition = [1, 1, 4]\ntarget = [1, 1, 0]\nup = [0, 1, 0]\n";
+    std::fs::write(&path, text).expect("a scene");
+    let mut window = window(Some(&path));
+    until(&mut window, "a picture", is_at_rest);
+    // From behind the mirror, where normals still look to the first eye.
+    window.state_mut().navigator.orbit(2.6, 0.0);
+    window.state_mut().touch();
+    until(&mut window, "the other side", is_at_rest);
+    let exported = picture(&mut window, &folder.join("viewer.png"));
+    let same = same_without_a_window(&window, &folder.join("same.png"));
+    assert!(exported == same, "byte for byte");
+    let words = window
+        .state()
+        .command_line(&window.state().camera(), "out.png".as_ref());
+    assert!(
+        words.join(" ").contains("cloud.0.viewpoint=[1,1,4]"),
+        "{words:?}"
+    );
+}
